@@ -8,8 +8,10 @@
 #include "absl/base/thread_annotations.h"
 #include "absl/strings/str_cat.h"
 #include "absl/synchronization/mutex.h"
+#include "absl/time/clock.h"
 #include "absl/time/time.h"
 #include "core/base/log.h"
+#include "core/base/retry.h"
 #include "core/base/status_macros.h"
 #include "core/base/steady_cond_var.h"
 #include "core/store/catalog/owner_tables.h"
@@ -20,7 +22,13 @@
 namespace liquidblend::store {
 namespace {
 
-constexpr int64_t kMigrationLock = 0x4c51424c;  // "LQBL", an advisory lock
+// Advisory locks.
+constexpr int64_t kMigrationLock = 0x4c51424c;  // "LQBL"
+constexpr int64_t kChangesLock = 0x4c51424d;
+// How long a change waits for the lock at one time. PostgreSQL looks for a deadlock after a wait of
+// one second (deadlock_timeout), which holds up all locks, the longer the more who wait.
+constexpr absl::Duration kLockWait = absl::Milliseconds(500);
+constexpr absl::Duration kPauseBetweenWaits = absl::Milliseconds(250);
 
 // kPostgresMigrations[k] makes version k + 1 out of version k. Never changed once released, only
 // added to; docs/formats.md describes the newest. Columns and their meaning are SQLite's.
@@ -141,6 +149,7 @@ absl::Status Migrate(PostgresConnection& sql) {
   }
   int64_t version = 0;
   if (num_tables > 0) {
+    LB_RETURN_IF_ERROR(sql.Run("SELECT pg_advisory_xact_lock($1)", {kChangesLock}));
     LB_ASSIGN_OR_RETURN(version, QueryInt(sql, "SELECT version FROM catalog_version FOR UPDATE"));
     LB_RETURN_IF_ERROR(CheckVersion(sql, version, 1));
   }
@@ -202,7 +211,7 @@ absl::Status MakeIndexes(PostgresConnection& sql) {
 class PostgresBackend : public SqlBackend {
  public:
   PostgresBackend(PostgresTarget target, PostgresOptions options, int max_connections)
-      : pool_(std::move(target), std::move(options), max_connections) {}
+      : timeout_(options.timeout), pool_(std::move(target), std::move(options), max_connections) {}
 
   absl::Status Prepare() {
     return pool_.Use([](PostgresConnection& sql) -> absl::Status {
@@ -215,17 +224,23 @@ class PostgresBackend : public SqlBackend {
     return pool_.Use([&](PostgresConnection& sql) { return body(sql); });
   }
 
-  // Transactions that change more than one leased job lock the row of the version. So they run one
-  // at a time, and notice a change of the tables.
+  absl::Status ReadSnapshot(Body body) override {
+    return pool_.Use(
+        [&](PostgresConnection& sql) { return sql.Snapshot([&] { return body(sql); }); });
+  }
+
+  // Transactions that change more than one job of their own take two locks. The advisory lock lets
+  // nobody pass who waits. The row of the version is what programs of 0.2.0 lock.
   absl::Status Change(Body body) override {
-    return pool_.Use([&](PostgresConnection& sql) {
-      return sql.Transaction([&]() -> absl::Status {
-        LB_ASSIGN_OR_RETURN(const int64_t version,
-                            QueryInt(sql, "SELECT version FROM catalog_version FOR UPDATE"));
-        LB_RETURN_IF_ERROR(CheckVersion(sql, version, kPostgresSchemaVersion));
-        return body(sql);
-      });
-    });
+    return ChangeWith(absl::StrCat("SELECT pg_advisory_xact_lock(", kChangesLock,
+                                   "); SELECT FROM catalog_version FOR UPDATE"),
+                      body);
+  }
+
+  absl::Status ChangeShared(Body body) override {
+    return ChangeWith(absl::StrCat("SELECT pg_advisory_xact_lock_shared(", kChangesLock,
+                                   "); SELECT FROM catalog_version FOR SHARE"),
+                      body);
   }
 
   absl::Status ChangeJob(Body body) override {
@@ -258,6 +273,33 @@ class PostgresBackend : public SqlBackend {
   }
 
  private:
+  // Runs a transaction that takes these locks first. Between its waits for them it has neither a
+  // transaction nor a connection.
+  absl::Status ChangeWith(const std::string& locks, Body body) {
+    const base::SteadyClock::time_point begin = base::SteadyClock::now();
+    while (true) {
+      bool is_locked = true;
+      const absl::Status status = pool_.Use([&](PostgresConnection& sql) {
+        return sql.Transaction([&]() -> absl::Status {
+          LB_ASSIGN_OR_RETURN(is_locked, sql.TryLock(locks, kLockWait));
+          if (!is_locked) return AreBusy(sql);
+          LB_ASSIGN_OR_RETURN(const int64_t version,
+                              QueryInt(sql, "SELECT version FROM catalog_version"));
+          LB_RETURN_IF_ERROR(CheckVersion(sql, version, kPostgresSchemaVersion));
+          return body(sql);
+        });
+      });
+      if (is_locked || base::Since(begin) >= timeout_) return status;
+      absl::SleepFor(base::Jittered(kPauseBetweenWaits, 0.8));
+    }
+  }
+
+  absl::Status AreBusy(const Sql& sql) const {
+    return absl::UnavailableError(absl::StrCat("database ", sql.name(),
+                                               ": other changes have held the catalog's lock for ",
+                                               absl::FormatDuration(timeout_)));
+  }
+
   absl::Status Listen() ABSL_EXCLUSIVE_LOCKS_REQUIRED(listener_mutex_) {
     LB_ASSIGN_OR_RETURN(std::unique_ptr<PostgresConnection> listener, pool_.Open());
     LB_RETURN_IF_ERROR(listener->Listen(kChannel));
@@ -271,6 +313,7 @@ class PostgresBackend : public SqlBackend {
     until_look_ = pause;
   }
 
+  const absl::Duration timeout_;
   PostgresPool pool_;
   absl::Mutex listener_mutex_;
   std::unique_ptr<PostgresConnection> listener_ ABSL_GUARDED_BY(listener_mutex_);

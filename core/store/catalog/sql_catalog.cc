@@ -135,8 +135,7 @@ class SqlCatalog : public Catalog {
     return Read([&](Sql& sql) { return FindEndedJobs(sql, after, max_jobs); });
   }
   absl::StatusOr<std::vector<std::string>> ListReferencedBlobs() override {
-    return Change(
-        [&](Sql& sql, absl::Time) { return BlobsInUse(sql); });  // all tables at one moment
+    return ReadSnapshot([](Sql& sql) { return BlobsInUse(sql); });
   }
 
   absl::StatusOr<std::map<std::string, int64_t>> ListFamilyVersions() override {
@@ -149,7 +148,7 @@ class SqlCatalog : public Catalog {
     return Read([&](Sql& sql) { return store::ListUnfinishedJobs(sql); });
   }
   absl::StatusOr<CatalogInspection> Inspect() override {
-    return Change([&](Sql& sql, absl::Time) { return InspectTables(sql); });  // at one moment
+    return ReadSnapshot([](Sql& sql) { return InspectTables(sql); });
   }
   absl::Status Import(const CatalogContents& contents) override {
     return Change([&](Sql& sql, absl::Time) { return ImportContents(sql, contents); });
@@ -343,11 +342,20 @@ class SqlCatalog : public Catalog {
     });
   }
 
-  // body: Sql& -> StatusOr, of statements that change nothing.
   template <typename Body>
   ReadResult<Body> Read(const Body& body) {
+    return ReadWith(&SqlBackend::Read, body);
+  }
+  template <typename Body>
+  ReadResult<Body> ReadSnapshot(const Body& body) {
+    return ReadWith(&SqlBackend::ReadSnapshot, body);
+  }
+
+  // body: Sql& -> StatusOr, of statements that change nothing.
+  template <typename Body>
+  ReadResult<Body> ReadWith(absl::Status (SqlBackend::*run)(SqlBackend::Body), const Body& body) {
     ReadResult<Body> result = absl::UnknownError("not run");
-    const absl::Status status = backend_->Read([&](Sql& sql) {
+    const absl::Status status = ((*backend_).*run)([&](Sql& sql) {
       result = body(sql);
       return StatusOf(result);
     });
@@ -358,6 +366,10 @@ class SqlCatalog : public Catalog {
   template <typename Body>
   ChangeResult<Body> Change(const Body& body) {
     return Transact(&SqlBackend::Change, body);
+  }
+  template <typename Body>
+  ChangeResult<Body> ChangeShared(const Body& body) {
+    return Transact(&SqlBackend::ChangeShared, body);
   }
   template <typename Body>
   ChangeResult<Body> ChangeJob(const Body& body) {
@@ -384,7 +396,7 @@ class SqlCatalog : public Catalog {
 
   template <typename Body>
   ChangeResult<Body> Publish(const Body& body) {
-    auto result = Change([&](Sql& sql, absl::Time now) {
+    auto result = ChangeShared([&](Sql& sql, absl::Time now) {
       auto published = body(sql, now);
       if (StatusOf(published).ok()) base::FaultPoint("publish.before_commit");
       return published;

@@ -21,9 +21,14 @@ class SqlBackend {
   virtual ~SqlBackend() = default;
   // Runs statements that change nothing; each sees all committed changes.
   virtual absl::Status Read(Body body) = 0;
-  // Runs a transaction; durable when it returns OK. No other Change() runs meanwhile, on any
-  // machine.
+  // The same, but all statements see the changes that are committed when the first one begins.
+  virtual absl::Status ReadSnapshot(Body body) = 0;
+  // Runs a transaction; durable when it returns OK. No other Change() or ChangeShared() runs
+  // meanwhile, on any machine.
   virtual absl::Status Change(Body body) = 0;
+  // Runs a transaction beside others, but not beside a Change(): the body changes one leased job,
+  // its parent (found with Sql::for_update), and the animation or family that it is for.
+  virtual absl::Status ChangeShared(Body body) = 0;
   // Runs a transaction beside others: the body changes one job that it found with Sql::for_update.
   virtual absl::Status ChangeJob(Body body) = 0;
   // See Catalog::WaitForJob(). `until_next` is a Read() that returns the time until the next job

@@ -149,7 +149,9 @@ class SqliteBackend : public SqlBackend {
     return db.Transaction([&] { return body(db); });
   }
 
-  // SQLite has one writer at a time in any case.
+  // SQLite has one writer at a time in any case, and a catalog has one connection.
+  absl::Status ReadSnapshot(Body body) override { return Change(body); }
+  absl::Status ChangeShared(Body body) override { return Change(body); }
   absl::Status ChangeJob(Body body) override { return Change(body); }
 
   absl::StatusOr<bool> WaitForJob(absl::Duration timeout, UntilNextJob until_next) override {

@@ -10,7 +10,18 @@ constexpr absl::Duration kKeptWorkers = absl::Hours(24);
 
 }  // namespace
 
+// The rows of others are removed by a worker that is new: only new names make the table grow.
 absl::Status SaveWorker(Sql& sql, const pb::WorkerRecord& worker, absl::Time now) {
+  bool is_known = false;
+  LB_RETURN_IF_ERROR(
+      sql.Run("UPDATE workers SET memory_bytes = $1, seen_us = $2, refusal = $3 WHERE name = $4 "
+              "RETURNING name",
+              {worker.memory_bytes(), absl::ToUnixMicros(now), worker.refusal(), worker.name()},
+              [&](const SqlRow&) {
+                is_known = true;
+                return absl::OkStatus();
+              }));
+  if (is_known) return absl::OkStatus();
   LB_RETURN_IF_ERROR(sql.Run(
       "INSERT INTO workers (name, memory_bytes, seen_us, refusal) VALUES ($1, $2, $3, $4) ON "
       "CONFLICT (name) DO UPDATE SET memory_bytes = excluded.memory_bytes, seen_us = "

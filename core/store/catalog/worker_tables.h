@@ -11,7 +11,8 @@
 
 namespace liquidblend::store {
 
-// Records that the worker is there; deletes workers that have been gone for a day.
+// Records that the worker is there. If its name is new, deletes workers that have been gone for a
+// day.
 absl::Status SaveWorker(Sql& sql, const pb::WorkerRecord& worker, absl::Time now);
 // Finds the workers seen at `since` or later, by name.
 absl::StatusOr<std::vector<pb::WorkerRecord>> FindWorkers(Sql& sql, absl::Time since);

@@ -17,6 +17,7 @@ namespace liquidblend::store {
 namespace {
 
 constexpr int kByteaType = 17;  // its oid, pg_type.h
+constexpr char kLockNotAvailable[] = "55P03";
 
 class Listener : public pqxx::notification_receiver {
  public:
@@ -29,7 +30,7 @@ class Listener : public pqxx::notification_receiver {
 absl::StatusCode CodeOf(const std::string& sqlstate) {
   const std::string group = sqlstate.substr(0, 2);
   if (group == "08" || group == "40" || group == "57") return absl::StatusCode::kUnavailable;
-  if (sqlstate == "55P03") return absl::StatusCode::kUnavailable;  // lock_not_available
+  if (sqlstate == kLockNotAvailable) return absl::StatusCode::kUnavailable;
   if (sqlstate == "53300") return absl::StatusCode::kUnavailable;  // too_many_connections
   if (sqlstate == "25006") return absl::StatusCode::kUnavailable;  // a standby, read only
   if (group == "53") return absl::StatusCode::kResourceExhausted;
@@ -52,6 +53,15 @@ absl::StatusCode CodeOf(const pqxx::sql_error& error) {
 
 std::string FirstLine(absl::string_view text) {
   return std::string(absl::StripTrailingAsciiWhitespace(text.substr(0, text.find('\n'))));
+}
+
+// As a time limit: at least 1, since 0 stands for none.
+int64_t ToMilliseconds(absl::Duration timeout) {
+  return std::max<int64_t>(1, absl::ToInt64Milliseconds(timeout));
+}
+
+std::string SetLockTimeout(absl::Duration timeout) {
+  return absl::StrCat("SET LOCAL lock_timeout = ", ToMilliseconds(timeout));
 }
 
 class PostgresRow : public SqlRow {
@@ -114,7 +124,7 @@ absl::StatusOr<std::unique_ptr<PostgresConnection>> PostgresConnection::Open(
 
 // A server that loses its client in the middle must not keep the client's locks.
 absl::Status PostgresConnection::Configure() {
-  const int64_t ms = std::max<int64_t>(1, absl::ToInt64Milliseconds(impl_->options.timeout));
+  const int64_t ms = ToMilliseconds(impl_->options.timeout);
   return RunScript(absl::StrCat("SET statement_timeout = ", ms, "; SET lock_timeout = ", ms,
                                 "; SET idle_in_transaction_session_timeout = ", ms));
 }
@@ -171,7 +181,16 @@ absl::Status PostgresConnection::RunScript(const std::string& script) {
 }
 
 absl::Status PostgresConnection::Transaction(absl::FunctionRef<absl::Status()> body) {
-  LB_RETURN_IF_ERROR(RunScript("BEGIN"));
+  return RunBetween("BEGIN", body);
+}
+
+absl::Status PostgresConnection::Snapshot(absl::FunctionRef<absl::Status()> body) {
+  return RunBetween("BEGIN ISOLATION LEVEL REPEATABLE READ READ ONLY", body);
+}
+
+absl::Status PostgresConnection::RunBetween(const std::string& begin,
+                                            absl::FunctionRef<absl::Status()> body) {
+  LB_RETURN_IF_ERROR(RunScript(begin));
   in_transaction_ = true;
   absl::Cleanup roll_back = [this] { RollBack(); };  // also if the body throws
   LB_RETURN_IF_ERROR(body());
@@ -192,6 +211,24 @@ void PostgresConnection::RollBack() {
   } catch (const std::exception&) {  // no memory for the error
   }
   impl_->connection->disconnect();
+}
+
+absl::StatusOr<bool> PostgresConnection::TryLock(absl::string_view statements,
+                                                 absl::Duration timeout) {
+  const std::string script =
+      absl::StrCat(SetLockTimeout(std::min(timeout, impl_->options.timeout / 2)), "; ", statements,
+                   "; ", SetLockTimeout(impl_->options.timeout));
+  bool is_locked = false;
+  LB_RETURN_IF_ERROR(Guard("lock", [&] {
+    pqxx::nontransaction work(*impl_->connection);
+    try {
+      work.exec(script);
+      is_locked = true;
+    } catch (const pqxx::sql_error& error) {
+      if (error.sqlstate() != kLockNotAvailable) throw;
+    }
+  }));
+  return is_locked;
 }
 
 absl::Status PostgresConnection::Listen(const std::string& channel) {

@@ -51,6 +51,14 @@ class PostgresConnection : public Sql {
   // BEGIN, body, COMMIT; ROLLBACK if the body throws or fails. READ COMMITTED: each statement sees
   // what is committed when it begins.
   absl::Status Transaction(absl::FunctionRef<absl::Status()> body);
+  // As above, of statements that only read; all of them see what is committed when the first
+  // begins.
+  absl::Status Snapshot(absl::FunctionRef<absl::Status()> body);
+
+  // In a transaction: runs statements without values that take locks, each of which may be waited
+  // for that long (at most half of options.timeout). Returns false if one was not free in time;
+  // then the transaction can only be rolled back.
+  absl::StatusOr<bool> TryLock(absl::string_view statements, absl::Duration timeout);
 
   // Subscribes to the channel's notifications. To be called once.
   absl::Status Listen(const std::string& channel);
@@ -63,6 +71,7 @@ class PostgresConnection : public Sql {
   absl::Status RunStatement(absl::string_view statement, std::initializer_list<SqlValue> values,
                             EachRow each_row) override;
   absl::Status Configure();
+  absl::Status RunBetween(const std::string& begin, absl::FunctionRef<absl::Status()> body);
   void RollBack();
   // Runs `action`, which may throw exceptions of libpqxx, and returns them as statuses.
   absl::Status Guard(absl::string_view what, absl::FunctionRef<void()> action);

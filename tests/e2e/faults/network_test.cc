@@ -116,7 +116,7 @@ TEST_F(FaultsNetworkTest, PartitionLongerThanTheLease) {
     const bool is_at_publishing = run % 2 != 0;
     if (is_at_publishing) {  // the first time is when it looks at the tables' version
       proxy.Once(
-          "FROM catalog_version FOR UPDATE", 2, [&] { proxy.Cut(); }, nullptr);
+          "FROM catalog_version FOR SHARE", 2, [&] { proxy.Cut(); }, nullptr);
     }
     Process server = StartServer();
     EXPECT_TRUE(SubmitWork());

@@ -1,7 +1,9 @@
 #include <algorithm>
+#include <atomic>
 #include <thread>
 
 #include "absl/strings/escaping.h"
+#include "absl/synchronization/barrier.h"
 #include "absl/time/clock.h"
 #include "core/base/retry.h"
 #include "core/store/sql/postgres.h"
@@ -13,6 +15,11 @@ namespace liquidblend::store {
 namespace {
 
 using Code = absl::StatusCode;
+
+// As ChangeShared() takes them.
+constexpr char kLocksOfAPublication[] =
+    "SELECT pg_advisory_xact_lock_shared(x'4c51424d'::bigint); "
+    "SELECT version FROM catalog_version FOR SHARE";
 
 class PostgresBackend : public CatalogBackend {
  public:
@@ -63,10 +70,14 @@ class PostgresCatalogTest : public ::testing::Test {
 
   // Without values, as many statements as one likes.
   void RunScript(const std::string& script) {
-    const auto target = ParsePostgresUrl(url_, absl::Seconds(10));
-    const auto connection = PostgresConnection::Open(*target, PostgresOptions());
-    ASSERT_THAT(connection, Succeeds());
-    EXPECT_THAT((*connection)->RunScript(script), Succeeds());
+    EXPECT_THAT(OpenConnection()->RunScript(script), Succeeds());
+  }
+
+  std::unique_ptr<PostgresConnection> OpenConnection() {
+    auto connection =
+        PostgresConnection::Open(*ParsePostgresUrl(url_, absl::Seconds(10)), PostgresOptions());
+    EXPECT_THAT(connection, Succeeds());
+    return connection.ok() ? *std::move(connection) : nullptr;
   }
 
   // What FillOldCatalog() has put there.
@@ -317,11 +328,9 @@ TEST_F(PostgresCatalogTest, AWorkerPassesOverAJobThatAnotherIsTaking) {
   for (const char* id : {"a", "b"}) {
     ASSERT_THAT(catalog->SubmitImport(AnimationCalled(id), ImportOf(id)), Succeeds());
   }
-  const auto target = ParsePostgresUrl(url_, absl::Seconds(10));
-  const auto other = PostgresConnection::Open(*target, PostgresOptions());
-  ASSERT_THAT(other, Succeeds());
-  EXPECT_THAT((*other)->Transaction([&] {
-    EXPECT_THAT((*other)->Run("SELECT 1 FROM jobs ORDER BY number LIMIT 1 FOR UPDATE"), Succeeds());
+  const auto other = OpenConnection();
+  EXPECT_THAT(other->Transaction([&] {
+    EXPECT_THAT(other->Run("SELECT 1 FROM jobs ORDER BY number LIMIT 1 FOR UPDATE"), Succeeds());
     const auto lease = catalog->LeaseJob("worker", absl::Minutes(1));
     EXPECT_EQ((*lease)->job.import_animation().animation(), "b");
     return absl::OkStatus();
@@ -333,18 +342,109 @@ TEST_F(PostgresCatalogTest, GivesUpWaitingForWhoeverHoldsALock) {
   CatalogOptions options;
   options.busy_timeout = absl::Milliseconds(100);
   const auto catalog = MustOpen(options);
-  const auto target = ParsePostgresUrl(url_, absl::Seconds(10));
-  const auto other = PostgresConnection::Open(*target, PostgresOptions());
-  ASSERT_THAT(other, Succeeds());
-  EXPECT_THAT((*other)->Transaction([&] {
-    EXPECT_THAT((*other)->Run("SELECT 1 FROM catalog_version FOR UPDATE"), Succeeds());
+  const auto other = OpenConnection();
+  EXPECT_THAT(other->Transaction([&] {
+    EXPECT_THAT(other->Run("SELECT 1 FROM catalog_version FOR UPDATE"), Succeeds());
     EXPECT_THAT(catalog->SubmitImport(AnimationCalled("a"), ImportOf("a")),
-                Fails(Code::kUnavailable, "timeout"));
+                Fails(Code::kUnavailable, "other changes have held the catalog's lock for 100ms"));
     EXPECT_THAT(catalog->GetAnimation("a"), Fails(Code::kNotFound, "'a'"));  // reads go on
     return absl::OkStatus();
   }),
               Succeeds());
   EXPECT_THAT(catalog->SubmitImport(AnimationCalled("a"), ImportOf("a")), Succeeds());
+}
+
+TEST_F(PostgresCatalogTest, WorkersPublishBesideEachOther) {
+  CatalogOptions options;
+  options.busy_timeout = absl::Milliseconds(100);
+  const auto catalog = MustOpen(options);
+  std::vector<std::string> leases;
+  for (const std::string id : {"a", "b"}) {
+    ASSERT_THAT(catalog->SubmitImport(AnimationCalled(id), ImportOf(id)), Succeeds());
+    leases.push_back((*catalog->LeaseJob("worker", absl::Minutes(1)))->lease_id);
+  }
+  const auto other = OpenConnection();
+  EXPECT_THAT(other->Transaction([&] {
+    EXPECT_THAT(other->RunScript(kLocksOfAPublication), Succeeds());
+    EXPECT_THAT(catalog->PublishAnimation(leases[0], AnimationCalled("a")), Succeeds());
+    EXPECT_THAT(catalog->SubmitImport(AnimationCalled("c"), ImportOf("c")),
+                Fails(Code::kUnavailable, "lock"));
+    return absl::OkStatus();
+  }),
+              Succeeds());
+  EXPECT_THAT(other->Transaction([&] {  // a change by a program of 0.2.0
+    EXPECT_THAT(other->Run("SELECT version FROM catalog_version FOR UPDATE"), Succeeds());
+    EXPECT_THAT(catalog->PublishAnimation(leases[1], AnimationCalled("b")),
+                Fails(Code::kUnavailable, "lock"));
+    EXPECT_THAT(catalog->ListReferencedBlobs(), Succeeds());  // waits for nobody
+    return absl::OkStatus();
+  }),
+              Succeeds());
+  EXPECT_THAT(catalog->PublishAnimation(leases[1], AnimationCalled("b")), Succeeds());
+}
+
+// A change that has to wait lets others go first for a moment, and takes its turn again.
+TEST_F(PostgresCatalogTest, AChangeOutlastsOneThatTakesLong) {
+  const auto catalog = MustOpen();
+  const auto other = OpenConnection();
+  std::thread change;
+  EXPECT_THAT(other->Transaction([&] {
+    EXPECT_THAT(other->RunScript(kLocksOfAPublication), Succeeds());
+    change = std::thread([&] {
+      EXPECT_THAT(catalog->SubmitImport(AnimationCalled("a"), ImportOf("a")), Succeeds());
+    });
+    absl::SleepFor(absl::Milliseconds(1200));
+    EXPECT_THAT(catalog->GetAnimation("a"), Fails(Code::kNotFound, "'a'"));
+    return absl::OkStatus();
+  }),
+              Succeeds());
+  change.join();
+  EXPECT_THAT(catalog->GetAnimation("a"), Succeeds());
+}
+
+// Publications that follow each other without a gap do not keep a change from its turn.
+TEST_F(PostgresCatalogTest, AChangeGoesBeforePublicationsThatComeLater) {
+  const auto catalog = MustOpen();
+  std::atomic<bool> is_done = false;
+  std::vector<std::thread> publications;
+  absl::Barrier* const all_hold = new absl::Barrier(5);
+  for (int k = 0; k < 4; ++k) {
+    publications.emplace_back([&, k] {
+      const auto connection = OpenConnection();
+      bool is_first = true;
+      while (!is_done) {
+        EXPECT_THAT(connection->Transaction([&] {
+          EXPECT_THAT(connection->RunScript(kLocksOfAPublication), Succeeds());
+          if (is_first && all_hold->Block()) delete all_hold;
+          is_first = false;
+          absl::SleepFor(absl::Milliseconds(100 + 10 * k));
+          return absl::OkStatus();
+        }),
+                    Succeeds());
+      }
+    });
+  }
+  if (all_hold->Block()) delete all_hold;
+  EXPECT_THAT(catalog->SubmitImport(AnimationCalled("a"), ImportOf("a")), Succeeds());
+  is_done = true;
+  for (std::thread& thread : publications) thread.join();
+}
+
+TEST_F(PostgresCatalogTest, ANewWorkerRemovesTheRowsOfOldOnes) {
+  absl::Time now = absl::FromUnixSeconds(1700000000);
+  CatalogOptions options;
+  options.now = [&] { return now; };
+  const auto seen = [&](const std::string& name) {
+    pb::WorkerRecord worker;
+    worker.set_name(name);
+    EXPECT_THAT(MustOpen(options)->RecordWorker(worker), Succeeds());
+    return Run("SELECT string_agg(name, ' ' ORDER BY name) FROM workers");
+  };
+  EXPECT_EQ(seen("a"), "a");
+  EXPECT_EQ(seen("b"), "a b");
+  now += absl::Hours(25);
+  EXPECT_EQ(seen("b"), "a b");
+  EXPECT_EQ(seen("c"), "b c");
 }
 
 // Whoever freezes in the middle of a change loses it, and with it the lock that others wait for.
