@@ -6,6 +6,7 @@
 #include <chrono>
 #include <cstdio>
 #include <functional>
+#include <limits>
 #include <map>
 #include <memory>
 #include <string>
@@ -35,6 +36,7 @@ struct Flags {
   double start_s = 30.0;
   double job_s = 5.0;
   int submitters = 8;
+  bool changes = true;
 };
 
 double MsSince(Clock::time_point begin) {
@@ -75,6 +77,33 @@ absl::Status Look(store::Catalog& catalog, int64_t num_blobs, Times& times) {
   LB_RETURN_IF_ERROR(
       Measure(times, "CountJobsByMemory", [&] { return catalog.CountJobsByMemory().status(); }));
   return Measure(times, "ListWorkers", [&] { return catalog.ListWorkers().status(); });
+}
+
+// Changes that clients make while the cluster works: a job that no worker can hold is submitted and
+// cancelled.
+absl::Status ChangeBesides(store::Catalog& catalog, Times& times) {
+  static int number = 0;
+  store::pb::AnimationRecord animation;
+  animation.set_id(absl::StrCat("besides_", number++));
+  store::pb::JobRecord job;
+  job.mutable_import_animation()->set_animation(animation.id());
+  job.set_memory_bytes(std::numeric_limits<int64_t>::max());
+  LB_RETURN_IF_ERROR(Measure(times, "SubmitImport", [&]() -> absl::Status {
+    LB_ASSIGN_OR_RETURN(job, catalog.SubmitImport(animation, job));
+    return absl::OkStatus();
+  }));
+  return Measure(times, "RequestCancel", [&] { return catalog.RequestCancel(job.id()); });
+}
+
+// Everything that servers and clients ask for in a second while the cluster works.
+absl::Status AskBesides(store::Catalog& catalog, const Flags& flags, Times& times) {
+  static int number = 0;
+  LB_RETURN_IF_ERROR(Look(catalog, flags.blobs, times));
+  if (++number % 60 == 0) {
+    LB_RETURN_IF_ERROR(Measure(times, "ListReferencedBlobs (collect)",
+                               [&] { return catalog.ListReferencedBlobs().status(); }));
+  }
+  return flags.changes ? ChangeBesides(catalog, times) : absl::OkStatus();
 }
 
 void MeasureCatalog(store::Catalog& catalog, int64_t num_blobs) {
@@ -127,7 +156,7 @@ int RunQueue(const Flags& flags) {
        .num_processes = flags.processes,
        .start = absl::Seconds(flags.start_s),
        .job = absl::Seconds(flags.job_s),
-       .look = [&](store::Catalog& catalog) { return Look(catalog, flags.blobs, times); }}));
+       .look = [&](store::Catalog& catalog) { return AskBesides(catalog, flags, times); }}));
   times["LeaseJob"] = report.lease_ms;
   times["PublishAnimation"] = report.publish_ms;
   PrintTimes(absl::StrCat("while ", flags.workers, " workers work"), times);
@@ -170,6 +199,9 @@ int main(int argc, char** argv) {
   app.add_option("--job-seconds", flags.job_s, "How long a job takes on average")
       ->capture_default_str();
   app.add_option("--submitters", flags.submitters, "Threads")->capture_default_str();
+  app.add_flag("--changes,!--no-changes", flags.changes,
+               "Whether jobs are submitted and cancelled while others are worked on")
+      ->capture_default_str();
   CLI11_PARSE(app, argc, argv);
   return liquidblend::bench::RunAll(flags);
 }

@@ -30,6 +30,7 @@ using Clock = std::chrono::steady_clock;
 
 constexpr absl::Duration kLease = absl::Seconds(30);  // the worker's defaults
 constexpr absl::Duration kPoll = absl::Seconds(5);
+constexpr int64_t kMemory = int64_t{64} << 30;  // that each of them can hold
 constexpr absl::Duration kStopPoll = absl::Milliseconds(100);
 constexpr absl::Duration kAfterError = absl::Milliseconds(500);
 constexpr absl::Duration kRestart = absl::Seconds(2);         // as deploy/systemd has it
@@ -111,7 +112,7 @@ std::unique_ptr<store::Catalog> Open(const FakeWorkersOptions& options,
 absl::Status AwaitJob(store::Catalog& catalog, const jobs::StopSignal& stop) {
   const Clock::time_point begin = Clock::now();
   while (!stop.is_requested() && absl::Milliseconds(MsSince(begin)) < kPoll) {
-    LB_ASSIGN_OR_RETURN(const bool has_job, catalog.WaitForJob(kStopPoll));
+    LB_ASSIGN_OR_RETURN(const bool has_job, catalog.WaitForJob(kStopPoll, kMemory));
     if (has_job) break;
   }
   return absl::OkStatus();
@@ -129,7 +130,7 @@ WorkReport Work(const FakeWorkersOptions& options, int number, const jobs::StopS
   const std::string name = absl::StrCat("fake:", number);
   while (!stop.is_requested()) {
     const Clock::time_point begin = Clock::now();
-    const auto lease = catalog.LeaseJob(name, kLease);
+    const auto lease = catalog.LeaseJob(name, kLease, kMemory);
     if (!lease.ok()) {
       ++report.num_errors;
       stop.WaitFor(kAfterError);

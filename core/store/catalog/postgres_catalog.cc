@@ -22,9 +22,9 @@
 namespace liquidblend::store {
 namespace {
 
-// Advisory locks.
+// Advisory locks: of the database, and of this catalog, which may be one of several schemas.
 constexpr int64_t kMigrationLock = 0x4c51424c;  // "LQBL"
-constexpr int64_t kChangesLock = 0x4c51424d;
+constexpr char kChangesLock[] = "x'4c51424d'::int, 'catalog_version'::regclass::oid::int";
 // How long a change waits for the lock at one time. PostgreSQL looks for a deadlock after a wait of
 // one second (deadlock_timeout), which holds up all locks, the longer the more who wait.
 constexpr absl::Duration kLockWait = absl::Milliseconds(500);
@@ -128,6 +128,11 @@ absl::Status CheckVersion(const Sql& sql, int64_t version, int64_t lowest) {
                                                     kPostgresSchemaVersion));
 }
 
+absl::Status CheckIsCurrent(Sql& sql) {
+  LB_ASSIGN_OR_RETURN(const int64_t version, QueryInt(sql, "SELECT version FROM catalog_version"));
+  return CheckVersion(sql, version, kPostgresSchemaVersion);
+}
+
 absl::StatusOr<int64_t> CountRelations(Sql& sql, absl::string_view condition) {
   return QueryInt(sql, absl::StrCat("SELECT count(*) FROM pg_class WHERE relnamespace = "
                                     "to_regnamespace(current_schema()::text)",
@@ -149,7 +154,7 @@ absl::Status Migrate(PostgresConnection& sql) {
   }
   int64_t version = 0;
   if (num_tables > 0) {
-    LB_RETURN_IF_ERROR(sql.Run("SELECT pg_advisory_xact_lock($1)", {kChangesLock}));
+    LB_RETURN_IF_ERROR(sql.Run(absl::StrCat("SELECT pg_advisory_xact_lock(", kChangesLock, ")")));
     LB_ASSIGN_OR_RETURN(version, QueryInt(sql, "SELECT version FROM catalog_version FOR UPDATE"));
     LB_RETURN_IF_ERROR(CheckVersion(sql, version, 1));
   }
@@ -224,13 +229,19 @@ class PostgresBackend : public SqlBackend {
     return pool_.Use([&](PostgresConnection& sql) { return body(sql); });
   }
 
+  // Older programs must not take what they know of newer tables for all that there is.
   absl::Status ReadSnapshot(Body body) override {
-    return pool_.Use(
-        [&](PostgresConnection& sql) { return sql.Snapshot([&] { return body(sql); }); });
+    return pool_.Use([&](PostgresConnection& sql) {
+      return sql.Snapshot([&]() -> absl::Status {
+        LB_RETURN_IF_ERROR(CheckIsCurrent(sql));
+        return body(sql);
+      });
+    });
   }
 
-  // Transactions that change more than one job of their own take two locks. The advisory lock lets
-  // nobody pass who waits. The row of the version is what programs of 0.2.0 lock.
+  // All changes but those of ChangeJob() take two locks. Those of the advisory lock get it in the
+  // order in which they ask, whereas a shared lock of a row passes an exclusive one that waits. The
+  // row is what programs of 0.2.0 lock.
   absl::Status Change(Body body) override {
     return ChangeWith(absl::StrCat("SELECT pg_advisory_xact_lock(", kChangesLock,
                                    "); SELECT FROM catalog_version FOR UPDATE"),
@@ -283,9 +294,7 @@ class PostgresBackend : public SqlBackend {
         return sql.Transaction([&]() -> absl::Status {
           LB_ASSIGN_OR_RETURN(is_locked, sql.TryLock(locks, kLockWait));
           if (!is_locked) return AreBusy(sql);
-          LB_ASSIGN_OR_RETURN(const int64_t version,
-                              QueryInt(sql, "SELECT version FROM catalog_version"));
-          LB_RETURN_IF_ERROR(CheckVersion(sql, version, kPostgresSchemaVersion));
+          LB_RETURN_IF_ERROR(CheckIsCurrent(sql));
           return body(sql);
         });
       });

@@ -139,12 +139,10 @@ absl::StatusOr<absl::Time> PostgresConnection::Now() {
   return absl::FromUnixMicros(now_us);
 }
 
-absl::string_view PostgresConnection::for_update() const {
-  return in_transaction_ ? " FOR UPDATE" : "";
-}
+absl::string_view PostgresConnection::for_update() const { return may_lock_ ? " FOR UPDATE" : ""; }
 
 absl::string_view PostgresConnection::for_update_of_free() const {
-  return in_transaction_ ? " FOR UPDATE SKIP LOCKED" : "";
+  return may_lock_ ? " FOR UPDATE SKIP LOCKED" : "";
 }
 
 bool PostgresConnection::is_open() const {
@@ -181,21 +179,21 @@ absl::Status PostgresConnection::RunScript(const std::string& script) {
 }
 
 absl::Status PostgresConnection::Transaction(absl::FunctionRef<absl::Status()> body) {
-  return RunBetween("BEGIN", body);
+  return RunBetween("BEGIN", /*may_lock=*/true, body);
 }
 
 absl::Status PostgresConnection::Snapshot(absl::FunctionRef<absl::Status()> body) {
-  return RunBetween("BEGIN ISOLATION LEVEL REPEATABLE READ READ ONLY", body);
+  return RunBetween("BEGIN ISOLATION LEVEL REPEATABLE READ READ ONLY", /*may_lock=*/false, body);
 }
 
-absl::Status PostgresConnection::RunBetween(const std::string& begin,
+absl::Status PostgresConnection::RunBetween(const std::string& begin, bool may_lock,
                                             absl::FunctionRef<absl::Status()> body) {
   LB_RETURN_IF_ERROR(RunScript(begin));
-  in_transaction_ = true;
+  may_lock_ = may_lock;
   absl::Cleanup roll_back = [this] { RollBack(); };  // also if the body throws
   LB_RETURN_IF_ERROR(body());
   std::move(roll_back).Cancel();
-  in_transaction_ = false;
+  may_lock_ = false;
   const absl::Status status = RunScript("COMMIT");
   if (status.ok() || is_open()) return status;
   return absl::Status(status.code(),
@@ -204,7 +202,7 @@ absl::Status PostgresConnection::RunBetween(const std::string& begin,
 
 // A connection that cannot even roll back is closed: its next user would continue the transaction.
 void PostgresConnection::RollBack() {
-  in_transaction_ = false;
+  may_lock_ = false;
   if (!is_open()) return;
   try {
     if (RunScript("ROLLBACK").ok()) return;

@@ -71,14 +71,15 @@ class PostgresConnection : public Sql {
   absl::Status RunStatement(absl::string_view statement, std::initializer_list<SqlValue> values,
                             EachRow each_row) override;
   absl::Status Configure();
-  absl::Status RunBetween(const std::string& begin, absl::FunctionRef<absl::Status()> body);
+  absl::Status RunBetween(const std::string& begin, bool may_lock,
+                          absl::FunctionRef<absl::Status()> body);
   void RollBack();
   // Runs `action`, which may throw exceptions of libpqxx, and returns them as statuses.
   absl::Status Guard(absl::string_view what, absl::FunctionRef<void()> action);
 
   std::unique_ptr<Impl> impl_;
   int64_t num_done_ = 0;
-  bool in_transaction_ = false;
+  bool may_lock_ = false;  // in a transaction that may lock rows
 };
 
 }  // namespace liquidblend::store

@@ -64,7 +64,7 @@ class FaultsClockTest : public FaultTest, public testing::WithParamInterface<Jum
 
   void SetClock(FaultLayer& layer) { layer.control().clock_ahead_us = GetParam().hours * kHourUs; }
 
-  const std::vector<std::string> kRightClock;
+  const std::vector<std::string> kRightClock = {};
 };
 
 // The job takes longer than its lease, and a second worker waits for that to end.

@@ -114,7 +114,7 @@ TEST_F(FaultsNetworkTest, PartitionLongerThanTheLease) {
   Each("a worker cut off from the database for longer than its lease", [&](int run) {
     FaultProxy proxy(postgres().socket());
     const bool is_at_publishing = run % 2 != 0;
-    if (is_at_publishing) {  // the first time is when it looks at the tables' version
+    if (is_at_publishing) {  // the first time is the publication of an animation
       proxy.Once(
           "FROM catalog_version FOR SHARE", 2, [&] { proxy.Cut(); }, nullptr);
     }

@@ -2,8 +2,10 @@
 
 #include <thread>
 
+#include "absl/time/clock.h"
 #include "tests/server/admin/admin_testing.h"
 #include "tests/server/admin/s3_testing.h"
+#include "tests/server/grpc/counting_catalog.h"
 
 namespace liquidblend::admin {
 namespace {
@@ -119,6 +121,26 @@ TEST_F(CollectTest, NothingThatIsBeingPublishedGoes) {
   }
   is_done = true;
   for (std::thread& collector : collectors) collector.join();
+}
+
+// A catalog of millions of blobs takes seconds to list them.
+TEST_F(CollectTest, ReferencesThatTakeLongToReadAreReadRarely) {
+  class SlowCatalog final : public server::CountingCatalog {
+   public:
+    using CountingCatalog::CountingCatalog;
+    absl::StatusOr<std::vector<std::string>> ListReferencedBlobs() override {
+      ++num_lists;
+      absl::SleepFor(absl::Milliseconds(1100));
+      return CountingCatalog::ListReferencedBlobs();
+    }
+    int num_lists = 0;
+  };
+  for (int k = 0; k < 4; ++k) PutOld(absl::StrCat("left over ", k));
+  SlowCatalog catalog(data_.catalog());
+  const auto report = Collect(catalog, data_.blobs(), {});
+  ASSERT_THAT(report, Succeeds());
+  EXPECT_EQ(report->num_deleted, 4);
+  EXPECT_EQ(catalog.num_lists, 1);
 }
 
 // ---- listings that lag behind

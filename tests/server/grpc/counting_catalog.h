@@ -12,7 +12,7 @@
 namespace liquidblend::server {
 
 // Another one, which outlives it.
-class CountingCatalog final : public store::Catalog {
+class CountingCatalog : public store::Catalog {
  public:
   explicit CountingCatalog(store::Catalog& catalog) : catalog_(catalog) {}
 

@@ -18,8 +18,9 @@ using Code = absl::StatusCode;
 
 // As ChangeShared() takes them.
 constexpr char kLocksOfAPublication[] =
-    "SELECT pg_advisory_xact_lock_shared(x'4c51424d'::bigint); "
+    "SELECT pg_advisory_xact_lock_shared(1280393805, 'catalog_version'::regclass::oid::int); "
     "SELECT version FROM catalog_version FOR SHARE";
+constexpr char kOthersHoldTheLock[] = "other changes have held the catalog's lock for 500ms";
 
 class PostgresBackend : public CatalogBackend {
  public:
@@ -78,6 +79,16 @@ class PostgresCatalogTest : public ::testing::Test {
         PostgresConnection::Open(*ParsePostgresUrl(url_, absl::Seconds(10)), PostgresOptions());
     EXPECT_THAT(connection, Succeeds());
     return connection.ok() ? *std::move(connection) : nullptr;
+  }
+
+  // Returns when so many statements wait for locks.
+  void AwaitWaiting(int num) {
+    const auto is_waiting = [&] {
+      return Run("SELECT count(*) FROM pg_stat_activity WHERE wait_event_type = 'Lock'") ==
+             absl::StrCat(num);
+    };
+    for (int k = 0; k < 400 && !is_waiting(); ++k) absl::SleepFor(absl::Milliseconds(10));
+    EXPECT_TRUE(is_waiting());
   }
 
   // What FillOldCatalog() has put there.
@@ -199,7 +210,9 @@ TEST_F(PostgresCatalogTest, RefusesTheCatalogOfANewerProgram) {
   Run("UPDATE catalog_version SET version = 7");
   EXPECT_THAT(OpenPostgresCatalog(url_),
               Fails(Code::kFailedPrecondition, "has schema version 7; this program knows 1 to 6"));
-  // One that was open already changes nothing any more, either.
+  // One that was open already changes nothing any more, either, nor does it know all blobs.
+  EXPECT_THAT(catalog->ListReferencedBlobs(),
+              Fails(Code::kFailedPrecondition, "has schema version 7"));
   EXPECT_THAT(catalog->SubmitImport(AnimationCalled("a"), ImportOf("a")),
               Fails(Code::kFailedPrecondition, "has schema version 7"));
 }
@@ -292,8 +305,8 @@ TEST_F(PostgresCatalogTest, HearsOfAJobAtOnce) {
 
 // ---- several at once
 
-// Each of 8 rounds, two children end at the same moment; each time exactly one of them queues the
-// whole.
+// Each of 8 rounds, both children wait for their parent's row; each time exactly one of them queues
+// it.
 TEST_F(PostgresCatalogTest, TwoChildrenThatEndAtOnceQueueTheirRegistrationOnce) {
   const auto catalog = MustOpen();
   for (const char* id : {"a", "b"}) {
@@ -304,14 +317,24 @@ TEST_F(PostgresCatalogTest, TwoChildrenThatEndAtOnceQueueTheirRegistrationOnce) 
   for (int round = 0; round < 8; ++round) {
     const std::string family = absl::StrCat("f", round);
     ASSERT_THAT(catalog->SubmitRegistration(RegistrationOf(family, "a", {"a", "b"})), Succeeds());
-    std::vector<std::thread> threads;
+    std::vector<std::string> leases;
     for (int k = 0; k < 2; ++k) {
       const auto lease = catalog->LeaseJob("worker", absl::Minutes(1));
       ASSERT_TRUE(lease.ok() && lease->has_value());
-      threads.emplace_back([&catalog, id = (*lease)->lease_id] {
-        EXPECT_THAT(catalog->FinishChild(id, "blob"), Succeeds());
-      });
+      leases.push_back((*lease)->lease_id);
     }
+    std::vector<std::thread> threads;
+    const auto holder = OpenConnection();
+    EXPECT_THAT(holder->Transaction([&] {
+      EXPECT_THAT(holder->Run("SELECT FROM jobs WHERE state = 6 FOR UPDATE"), Succeeds());
+      for (const std::string& id : leases) {
+        threads.emplace_back(
+            [&catalog, id] { EXPECT_THAT(catalog->FinishChild(id, "blob"), Succeeds()); });
+      }
+      AwaitWaiting(2);
+      return absl::OkStatus();
+    }),
+                Succeeds());
     for (std::thread& thread : threads) thread.join();
     const auto whole = catalog->LeaseJob("worker", absl::Minutes(1));
     ASSERT_TRUE(whole.ok() && whole->has_value());
@@ -340,13 +363,13 @@ TEST_F(PostgresCatalogTest, AWorkerPassesOverAJobThatAnotherIsTaking) {
 
 TEST_F(PostgresCatalogTest, GivesUpWaitingForWhoeverHoldsALock) {
   CatalogOptions options;
-  options.busy_timeout = absl::Milliseconds(100);
+  options.busy_timeout = absl::Milliseconds(500);
   const auto catalog = MustOpen(options);
   const auto other = OpenConnection();
   EXPECT_THAT(other->Transaction([&] {
     EXPECT_THAT(other->Run("SELECT 1 FROM catalog_version FOR UPDATE"), Succeeds());
     EXPECT_THAT(catalog->SubmitImport(AnimationCalled("a"), ImportOf("a")),
-                Fails(Code::kUnavailable, "other changes have held the catalog's lock for 100ms"));
+                Fails(Code::kUnavailable, kOthersHoldTheLock));
     EXPECT_THAT(catalog->GetAnimation("a"), Fails(Code::kNotFound, "'a'"));  // reads go on
     return absl::OkStatus();
   }),
@@ -355,27 +378,30 @@ TEST_F(PostgresCatalogTest, GivesUpWaitingForWhoeverHoldsALock) {
 }
 
 TEST_F(PostgresCatalogTest, WorkersPublishBesideEachOther) {
-  CatalogOptions options;
-  options.busy_timeout = absl::Milliseconds(100);
-  const auto catalog = MustOpen(options);
+  CatalogOptions hasty_options;
+  hasty_options.busy_timeout = absl::Milliseconds(500);
+  const auto catalog = MustOpen();
+  const auto hasty = MustOpen(hasty_options);
   std::vector<std::string> leases;
   for (const std::string id : {"a", "b"}) {
     ASSERT_THAT(catalog->SubmitImport(AnimationCalled(id), ImportOf(id)), Succeeds());
-    leases.push_back((*catalog->LeaseJob("worker", absl::Minutes(1)))->lease_id);
+    const auto lease = catalog->LeaseJob("worker", absl::Minutes(1));
+    ASSERT_TRUE(lease.ok() && lease->has_value());
+    leases.push_back((*lease)->lease_id);
   }
   const auto other = OpenConnection();
   EXPECT_THAT(other->Transaction([&] {
     EXPECT_THAT(other->RunScript(kLocksOfAPublication), Succeeds());
     EXPECT_THAT(catalog->PublishAnimation(leases[0], AnimationCalled("a")), Succeeds());
-    EXPECT_THAT(catalog->SubmitImport(AnimationCalled("c"), ImportOf("c")),
-                Fails(Code::kUnavailable, "lock"));
+    EXPECT_THAT(hasty->SubmitImport(AnimationCalled("c"), ImportOf("c")),
+                Fails(Code::kUnavailable, kOthersHoldTheLock));
     return absl::OkStatus();
   }),
               Succeeds());
   EXPECT_THAT(other->Transaction([&] {  // a change by a program of 0.2.0
     EXPECT_THAT(other->Run("SELECT version FROM catalog_version FOR UPDATE"), Succeeds());
-    EXPECT_THAT(catalog->PublishAnimation(leases[1], AnimationCalled("b")),
-                Fails(Code::kUnavailable, "lock"));
+    EXPECT_THAT(hasty->PublishAnimation(leases[1], AnimationCalled("b")),
+                Fails(Code::kUnavailable, kOthersHoldTheLock));
     EXPECT_THAT(catalog->ListReferencedBlobs(), Succeeds());  // waits for nobody
     return absl::OkStatus();
   }),
@@ -383,9 +409,11 @@ TEST_F(PostgresCatalogTest, WorkersPublishBesideEachOther) {
   EXPECT_THAT(catalog->PublishAnimation(leases[1], AnimationCalled("b")), Succeeds());
 }
 
-// A change that has to wait lets others go first for a moment, and takes its turn again.
+// A change that has to wait gives its connection back for a moment, and takes its turn again.
 TEST_F(PostgresCatalogTest, AChangeOutlastsOneThatTakesLong) {
-  const auto catalog = MustOpen();
+  CatalogOptions options;
+  options.max_connections = 1;
+  const auto catalog = MustOpen(options);
   const auto other = OpenConnection();
   std::thread change;
   EXPECT_THAT(other->Transaction([&] {
@@ -400,6 +428,22 @@ TEST_F(PostgresCatalogTest, AChangeOutlastsOneThatTakesLong) {
               Succeeds());
   change.join();
   EXPECT_THAT(catalog->GetAnimation("a"), Succeeds());
+}
+
+// Catalogs in two schemas of a database do not wait for each other.
+TEST_F(PostgresCatalogTest, ItsLockIsOfOneSchema) {
+  const auto catalog = MustOpen();
+  const std::string other_url = server_.NewUrl();
+  ASSERT_THAT(OpenPostgresCatalog(other_url), Succeeds());
+  const auto other =
+      PostgresConnection::Open(*ParsePostgresUrl(other_url, absl::Seconds(10)), PostgresOptions());
+  ASSERT_THAT(other, Succeeds());
+  EXPECT_THAT((*other)->Transaction([&] {
+    EXPECT_THAT((*other)->RunScript(kLocksOfAPublication), Succeeds());
+    EXPECT_THAT(catalog->SubmitImport(AnimationCalled("a"), ImportOf("a")), Succeeds());
+    return absl::OkStatus();
+  }),
+              Succeeds());
 }
 
 // Publications that follow each other without a gap do not keep a change from its turn.
