@@ -80,19 +80,23 @@ absl::Status Look(store::Catalog& catalog, int64_t num_blobs, Times& times) {
 }
 
 // Changes that clients make while the cluster works: a job that no worker can hold is submitted and
-// cancelled.
+// cancelled. After an error the next call tries both again, since the queue must be empty at last.
 absl::Status ChangeBesides(store::Catalog& catalog, Times& times) {
   static int number = 0;
   store::pb::AnimationRecord animation;
-  animation.set_id(absl::StrCat("besides_", number++));
+  animation.set_id(absl::StrCat("besides_", number));
   store::pb::JobRecord job;
+  job.set_request_id(animation.id());
   job.mutable_import_animation()->set_animation(animation.id());
   job.set_memory_bytes(std::numeric_limits<int64_t>::max());
   LB_RETURN_IF_ERROR(Measure(times, "SubmitImport", [&]() -> absl::Status {
     LB_ASSIGN_OR_RETURN(job, catalog.SubmitImport(animation, job));
     return absl::OkStatus();
   }));
-  return Measure(times, "RequestCancel", [&] { return catalog.RequestCancel(job.id()); });
+  LB_RETURN_IF_ERROR(
+      Measure(times, "RequestCancel", [&] { return catalog.RequestCancel(job.id()); }));
+  ++number;
+  return absl::OkStatus();
 }
 
 // Everything that servers and clients ask for in a second while the cluster works.

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <limits>
-#include <set>
 #include <tuple>
 #include <utility>
 
@@ -258,6 +257,10 @@ absl::StatusOr<std::vector<pb::JobRecord>> FindChildren(Sql& sql, const std::str
   return FindJobRecords(sql, "SELECT record FROM jobs WHERE parent = $1 ORDER BY number", {parent});
 }
 
+absl::StatusOr<std::vector<pb::JobRecord>> FindAllChildren(Sql& sql) {
+  return FindJobRecords(sql, "SELECT record FROM jobs WHERE parent IS NOT NULL", {});
+}
+
 absl::StatusOr<std::vector<pb::JobRecord>> FindUnfinishedJobs(Sql& sql) {
   return FindJobRecords(
       sql, "SELECT record FROM jobs WHERE state IN ($1, $2, $3) AND parent IS NULL ORDER BY number",
@@ -426,29 +429,6 @@ absl::StatusOr<Page<pb::JobRecord>> PageOfJobs(Sql& sql, int page_size, const st
       "SELECT number, record FROM jobs WHERE parent IS NULL AND number < $1 ORDER BY number DESC "
       "LIMIT $2",
       "jobs", before, page_size);
-}
-
-absl::StatusOr<std::vector<std::string>> BlobsInUse(Sql& sql) {
-  std::set<std::string> blobs;
-  LB_RETURN_IF_ERROR(
-      sql.Run("SELECT blob FROM animations WHERE blob <> '' UNION SELECT blob FROM families WHERE "
-              "blob <> '' UNION SELECT blob FROM kept_versions WHERE blob <> ''",
-              {}, [&](const SqlRow& row) {
-                blobs.insert(row.String(0));
-                return absl::OkStatus();
-              }));
-  LB_ASSIGN_OR_RETURN(const std::vector<pb::JobRecord> jobs, FindUnfinishedJobs(sql));
-  for (const pb::JobRecord& job : jobs) {
-    for (const pb::SourceFile& file : job.import_animation().files()) blobs.insert(file.blob());
-    if (!job.checkpoint_blob().empty()) blobs.insert(job.checkpoint_blob());
-  }
-  LB_ASSIGN_OR_RETURN(const std::vector<pb::JobRecord> children,
-                      FindJobRecords(sql, "SELECT record FROM jobs WHERE parent IS NOT NULL", {}));
-  for (const pb::JobRecord& child : children) {
-    if (!child.result_blob().empty()) blobs.insert(child.result_blob());
-    if (!child.checkpoint_blob().empty()) blobs.insert(child.checkpoint_blob());
-  }
-  return std::vector<std::string>(blobs.begin(), blobs.end());
 }
 
 }  // namespace liquidblend::store

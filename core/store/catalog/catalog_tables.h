@@ -44,6 +44,8 @@ absl::StatusOr<absl::Duration> TimeToNextJob(Sql& sql, absl::Time now, int64_t m
 absl::StatusOr<int64_t> NextTurn(Sql& sql, const pb::JobRecord& job);
 // Finds the job that was submitted with this request id, or nothing.
 absl::StatusOr<std::optional<pb::JobRecord>> FindRequest(Sql& sql, const std::string& request_id);
+// The children of all jobs.
+absl::StatusOr<std::vector<pb::JobRecord>> FindAllChildren(Sql& sql);
 // All jobs that are not done, without children.
 absl::StatusOr<std::vector<pb::JobRecord>> FindUnfinishedJobs(Sql& sql);
 // The number of jobs and children per state.
@@ -85,8 +87,5 @@ absl::StatusOr<Page<pb::AnimationRecord>> PageOfAnimations(Sql& sql, int page_si
 absl::StatusOr<Page<pb::FamilyRecord>> PageOfFamilies(Sql& sql, int page_size,
                                                       const std::string& token);
 absl::StatusOr<Page<pb::JobRecord>> PageOfJobs(Sql& sql, int page_size, const std::string& token);
-
-// See Catalog::ListReferencedBlobs().
-absl::StatusOr<std::vector<std::string>> BlobsInUse(Sql& sql);
 
 }  // namespace liquidblend::store

@@ -22,7 +22,8 @@
 namespace liquidblend::store {
 namespace {
 
-// Advisory locks: of the database, and of this catalog, which may be one of several schemas.
+// Advisory locks: kMigrationLock is one for the database, kChangesLock one for each catalog
+// (schema).
 constexpr int64_t kMigrationLock = 0x4c51424c;  // "LQBL"
 constexpr char kChangesLock[] = "x'4c51424d'::int, 'catalog_version'::regclass::oid::int";
 // How long a change waits for the lock at one time. PostgreSQL looks for a deadlock after a wait of
@@ -229,19 +230,21 @@ class PostgresBackend : public SqlBackend {
     return pool_.Use([&](PostgresConnection& sql) { return body(sql); });
   }
 
-  // Older programs must not take what they know of newer tables for all that there is.
+  // Programs must not take what they know of newer tables for all that there is. The second check
+  // is of tables that changed meanwhile.
   absl::Status ReadSnapshot(Body body) override {
     return pool_.Use([&](PostgresConnection& sql) {
-      return sql.Snapshot([&]() -> absl::Status {
+      const absl::Status read = sql.Snapshot([&]() -> absl::Status {
         LB_RETURN_IF_ERROR(CheckIsCurrent(sql));
         return body(sql);
       });
+      return read.ok() ? CheckIsCurrent(sql) : read;
     });
   }
 
-  // All changes but those of ChangeJob() take two locks. Those of the advisory lock get it in the
-  // order in which they ask, whereas a shared lock of a row passes an exclusive one that waits. The
-  // row is what programs of 0.2.0 lock.
+  // All changes but those of ChangeJob() take two locks. A shared request for the advisory lock
+  // waits behind an exclusive one, whereas a shared lock of a row passes an exclusive one that
+  // waits. The row is there because programs of 0.2.0 lock it.
   absl::Status Change(Body body) override {
     return ChangeWith(absl::StrCat("SELECT pg_advisory_xact_lock(", kChangesLock,
                                    "); SELECT FROM catalog_version FOR UPDATE"),

@@ -13,6 +13,7 @@
 #include "core/base/fault_point.h"
 #include "core/base/status_macros.h"
 #include "core/base/steady_cond_var.h"
+#include "core/store/catalog/blob_tables.h"
 #include "core/store/catalog/catalog_tables.h"
 #include "core/store/catalog/figure_tables.h"
 #include "core/store/catalog/job_queue.h"

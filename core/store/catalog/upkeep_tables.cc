@@ -5,6 +5,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "core/base/status_macros.h"
+#include "core/store/catalog/blob_tables.h"
 #include "core/store/catalog/catalog_tables.h"
 #include "core/store/catalog/job_records.h"
 #include "core/store/catalog/owner_tables.h"

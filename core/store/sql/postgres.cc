@@ -195,7 +195,7 @@ absl::Status PostgresConnection::RunBetween(const std::string& begin, bool may_l
   std::move(roll_back).Cancel();
   may_lock_ = false;
   const absl::Status status = RunScript("COMMIT");
-  if (status.ok() || is_open()) return status;
+  if (status.ok() || is_open() || !may_lock) return status;
   return absl::Status(status.code(),
                       absl::StrCat(status.message(), "; whether the change is done is not known"));
 }

@@ -210,7 +210,7 @@ TEST_F(PostgresCatalogTest, RefusesTheCatalogOfANewerProgram) {
   Run("UPDATE catalog_version SET version = 7");
   EXPECT_THAT(OpenPostgresCatalog(url_),
               Fails(Code::kFailedPrecondition, "has schema version 7; this program knows 1 to 6"));
-  // One that was open already changes nothing any more, either, nor does it know all blobs.
+  // One that was open already neither changes anything nor lists blobs any more.
   EXPECT_THAT(catalog->ListReferencedBlobs(),
               Fails(Code::kFailedPrecondition, "has schema version 7"));
   EXPECT_THAT(catalog->SubmitImport(AnimationCalled("a"), ImportOf("a")),
@@ -434,16 +434,23 @@ TEST_F(PostgresCatalogTest, AChangeOutlastsOneThatTakesLong) {
 TEST_F(PostgresCatalogTest, ItsLockIsOfOneSchema) {
   const auto catalog = MustOpen();
   const std::string other_url = server_.NewUrl();
-  ASSERT_THAT(OpenPostgresCatalog(other_url), Succeeds());
-  const auto other =
+  const auto other_catalog = OpenPostgresCatalog(other_url);
+  ASSERT_THAT(other_catalog, Succeeds());
+  const auto holder =
       PostgresConnection::Open(*ParsePostgresUrl(other_url, absl::Seconds(10)), PostgresOptions());
-  ASSERT_THAT(other, Succeeds());
-  EXPECT_THAT((*other)->Transaction([&] {
-    EXPECT_THAT((*other)->RunScript(kLocksOfAPublication), Succeeds());
+  ASSERT_THAT(holder, Succeeds());
+  std::thread change;  // holds the locks of the other catalog, and waits
+  EXPECT_THAT((*holder)->Transaction([&] {
+    EXPECT_THAT((*holder)->Run("LOCK TABLE animations IN SHARE MODE"), Succeeds());
+    change = std::thread([&] {
+      EXPECT_THAT((*other_catalog)->SubmitImport(AnimationCalled("a"), ImportOf("a")), Succeeds());
+    });
+    AwaitWaiting(1);
     EXPECT_THAT(catalog->SubmitImport(AnimationCalled("a"), ImportOf("a")), Succeeds());
     return absl::OkStatus();
   }),
               Succeeds());
+  change.join();
 }
 
 // Publications that follow each other without a gap do not keep a change from its turn.
@@ -523,6 +530,28 @@ TEST_F(PostgresCatalogTest, ManyThreadsShareFewConnections) {
   EXPECT_EQ(Run("SELECT count(*) FROM pg_stat_activity WHERE query LIKE '%animations%' AND pid <> "
                 "pg_backend_pid()"),
             "2");
+}
+
+// ---- a large catalog
+
+TEST_F(PostgresCatalogTest, ListsTheBlobsOfManyRowsInPages) {
+  const auto catalog = MustOpen();
+  RunScript(
+      "INSERT INTO animations SELECT 'a' || k, 2, 'blob ' || k, '', '', 0 FROM "
+      "generate_series(1, 45000) AS k; "
+      "INSERT INTO families SELECT 'f' || k, 1, CASE k % 2 WHEN 0 THEN '' ELSE 'blob ' || k END, "
+      "'', '', 0 FROM generate_series(45001, 65000) AS k; "
+      "INSERT INTO kept_versions SELECT 'f' || k % 3, k, 'blob ' || k, '', 0, '' FROM "
+      "generate_series(64001, 105000) AS k");
+  std::vector<std::string> expected;
+  for (int k = 1; k <= 105000; ++k) {
+    const bool has_blob = k <= 45000 || k > 64000 || k % 2 == 1;
+    if (has_blob) expected.push_back(absl::StrCat("blob ", k));
+  }
+  std::sort(expected.begin(), expected.end());
+  const auto blobs = catalog->ListReferencedBlobs();
+  ASSERT_THAT(blobs, Succeeds());
+  EXPECT_TRUE(*blobs == expected) << blobs->size() << " instead of " << expected.size();
 }
 
 // ---- a database that goes away
