@@ -76,6 +76,10 @@ absl::StatusOr<std::vector<std::string>> BlobsInUse(Sql& sql) {
   }
   LB_RETURN_IF_ERROR(AppendKept(sql, blobs));
   LB_RETURN_IF_ERROR(AppendOfJobs(sql, blobs));
+  return blobs;
+}
+
+std::vector<std::string> SortedOnce(std::vector<std::string> blobs) {
   std::sort(blobs.begin(), blobs.end());
   blobs.erase(std::unique(blobs.begin(), blobs.end()), blobs.end());
   return blobs;

@@ -9,8 +9,12 @@
 
 namespace liquidblend::store {
 
-// See Catalog::ListReferencedBlobs(). Runs inside a snapshot of its caller. A catalog of any size
-// is read in pages, so that no statement comes to the time limit of statements.
+// The blobs of Catalog::ListReferencedBlobs(), in any order, some of them several times. Runs
+// inside a snapshot of its caller. Reads a catalog of any size in pages, so that no statement comes
+// to the time limit of statements.
 absl::StatusOr<std::vector<std::string>> BlobsInUse(Sql& sql);
+// Sorts them, and keeps each once. To be called after the snapshot: with a million of them it may
+// take longer than a transaction may be idle.
+std::vector<std::string> SortedOnce(std::vector<std::string> blobs);
 
 }  // namespace liquidblend::store

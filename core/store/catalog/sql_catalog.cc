@@ -136,7 +136,9 @@ class SqlCatalog : public Catalog {
     return Read([&](Sql& sql) { return FindEndedJobs(sql, after, max_jobs); });
   }
   absl::StatusOr<std::vector<std::string>> ListReferencedBlobs() override {
-    return ReadSnapshot([](Sql& sql) { return BlobsInUse(sql); });
+    LB_ASSIGN_OR_RETURN(std::vector<std::string> blobs,
+                        ReadSnapshot([](Sql& sql) { return BlobsInUse(sql); }));
+    return SortedOnce(std::move(blobs));
   }
 
   absl::StatusOr<std::map<std::string, int64_t>> ListFamilyVersions() override {
@@ -149,7 +151,10 @@ class SqlCatalog : public Catalog {
     return Read([&](Sql& sql) { return store::ListUnfinishedJobs(sql); });
   }
   absl::StatusOr<CatalogInspection> Inspect() override {
-    return ReadSnapshot([](Sql& sql) { return InspectTables(sql); });
+    LB_ASSIGN_OR_RETURN(CatalogInspection inspection,
+                        ReadSnapshot([](Sql& sql) { return InspectTables(sql); }));
+    inspection.blobs = SortedOnce(std::move(inspection.blobs));
+    return inspection;
   }
   absl::Status Import(const CatalogContents& contents) override {
     return Change([&](Sql& sql, absl::Time) { return ImportContents(sql, contents); });
