@@ -36,7 +36,6 @@ struct Flags {
   double start_s = 30.0;
   double job_s = 5.0;
   int submitters = 8;
-  bool changes = true;
 };
 
 double MsSince(Clock::time_point begin) {
@@ -100,14 +99,14 @@ absl::Status ChangeBesides(store::Catalog& catalog, Times& times) {
 }
 
 // Everything that servers and clients ask for in a second while the cluster works.
-absl::Status AskBesides(store::Catalog& catalog, const Flags& flags, Times& times) {
+absl::Status AskBesides(store::Catalog& catalog, int64_t num_blobs, Times& times) {
   static int number = 0;
-  LB_RETURN_IF_ERROR(Look(catalog, flags.blobs, times));
+  LB_RETURN_IF_ERROR(Look(catalog, num_blobs, times));
   if (++number % 60 == 0) {
     LB_RETURN_IF_ERROR(Measure(times, "ListReferencedBlobs (collect)",
                                [&] { return catalog.ListReferencedBlobs().status(); }));
   }
-  return flags.changes ? ChangeBesides(catalog, times) : absl::OkStatus();
+  return ChangeBesides(catalog, times);
 }
 
 void MeasureCatalog(store::Catalog& catalog, int64_t num_blobs) {
@@ -160,7 +159,7 @@ int RunQueue(const Flags& flags) {
        .num_processes = flags.processes,
        .start = absl::Seconds(flags.start_s),
        .job = absl::Seconds(flags.job_s),
-       .look = [&](store::Catalog& catalog) { return AskBesides(catalog, flags, times); }}));
+       .look = [&](store::Catalog& catalog) { return AskBesides(catalog, flags.blobs, times); }}));
   times["LeaseJob"] = report.lease_ms;
   times["PublishAnimation"] = report.publish_ms;
   PrintTimes(absl::StrCat("while ", flags.workers, " workers work"), times);
@@ -203,9 +202,6 @@ int main(int argc, char** argv) {
   app.add_option("--job-seconds", flags.job_s, "How long a job takes on average")
       ->capture_default_str();
   app.add_option("--submitters", flags.submitters, "Threads")->capture_default_str();
-  app.add_flag("--changes,!--no-changes", flags.changes,
-               "Whether jobs are submitted and cancelled while others are worked on")
-      ->capture_default_str();
   CLI11_PARSE(app, argc, argv);
   return liquidblend::bench::RunAll(flags);
 }

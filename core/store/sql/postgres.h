@@ -51,8 +51,8 @@ class PostgresConnection : public Sql {
   // BEGIN, body, COMMIT; ROLLBACK if the body throws or fails. READ COMMITTED: each statement sees
   // what is committed when it begins.
   absl::Status Transaction(absl::FunctionRef<absl::Status()> body);
-  // As above, of statements that only read; all of them see what is committed when the first
-  // begins.
+  // BEGIN, body, COMMIT of statements that only read. REPEATABLE READ: all of them see what is
+  // committed when the first one begins.
   absl::Status Snapshot(absl::FunctionRef<absl::Status()> body);
 
   // In a transaction: runs statements without values that take locks, each of which may be waited
