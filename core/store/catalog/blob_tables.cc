@@ -4,78 +4,86 @@
 #include <cstdint>
 #include <utility>
 
-#include "absl/strings/str_cat.h"
+#include "absl/functional/function_ref.h"
 #include "core/base/status_macros.h"
 #include "core/store/catalog/catalog_tables.h"
 
 namespace liquidblend::store {
 namespace {
 
-constexpr int64_t kRowsAtOnce = 20'000;
+constexpr int64_t kNamesAtOnce = 20'000;
+constexpr int64_t kJobsAtOnce = 1'000;  // the job of a long import has a list of thousands of files
 
-void Append(std::string blob, std::vector<std::string>& blobs) {
-  if (!blob.empty()) blobs.push_back(std::move(blob));
-}
+// The key of a page's row.
+void ReadKey(const SqlRow& row, std::string& key) { key = row.String(0); }
+void ReadKey(const SqlRow& row, int64_t& key) { key = row.Int(0); }
 
-// Of animations or families.
-absl::Status AppendPublished(Sql& sql, absl::string_view table, std::vector<std::string>& blobs) {
-  const std::string statement =
-      absl::StrCat("SELECT id, blob FROM ", table, " WHERE id > $1 ORDER BY id LIMIT $2");
-  std::string last;
-  for (int64_t num_rows = kRowsAtOnce; num_rows == kRowsAtOnce;) {
-    num_rows = 0;
-    LB_RETURN_IF_ERROR(sql.Run(statement, {last, kRowsAtOnce}, [&](const SqlRow& row) {
+// Reads all rows of `statement`, which selects (key, value) with the values (last key, limit) in
+// the order of the keys, in pages. All rows of one key are read in one statement: the last key of
+// a page, which may have more rows, is read again with the next page.
+//   first  lower than every key
+template <typename Key>
+absl::Status ReadInPages(Sql& sql, const std::string& statement, Key first, int64_t page_size,
+                         absl::FunctionRef<absl::Status(const std::string&)> each) {
+  Key last = std::move(first);
+  for (int64_t limit = page_size; true;) {
+    Key key = last, before = last;  // of the current row; the last one with all its rows
+    int64_t num_rows = 0;
+    LB_RETURN_IF_ERROR(sql.Run(statement, {last, limit}, [&](const SqlRow& row) {
       ++num_rows;
-      last = row.String(0);
-      Append(row.String(1), blobs);
-      return absl::OkStatus();
+      const Key previous = key;
+      ReadKey(row, key);
+      if (key != previous) before = previous;
+      return each(row.String(1));
     }));
+    if (num_rows < limit) return absl::OkStatus();
+    limit = before == last ? 2 * limit : page_size;  // more rows of one key than a page has
+    last = std::move(before);
   }
-  return absl::OkStatus();
 }
 
-absl::Status AppendKept(Sql& sql, std::vector<std::string>& blobs) {
-  std::string last;
-  int64_t last_version = 0;
-  for (int64_t num_rows = kRowsAtOnce; num_rows == kRowsAtOnce;) {
-    num_rows = 0;
-    LB_RETURN_IF_ERROR(sql.Run(
-        "SELECT family, version, blob FROM kept_versions WHERE (family, version) > ($1, $2) "
-        "ORDER BY family, version LIMIT $3",
-        {last, last_version, kRowsAtOnce}, [&](const SqlRow& row) {
-          ++num_rows;
-          last = row.String(0);
-          last_version = row.Int(1);
-          Append(row.String(2), blobs);
-          return absl::OkStatus();
-        }));
-  }
-  return absl::OkStatus();
-}
-
-absl::Status AppendOfJobs(Sql& sql, std::vector<std::string>& blobs) {
-  LB_ASSIGN_OR_RETURN(const std::vector<pb::JobRecord> jobs, FindUnfinishedJobs(sql));
-  for (const pb::JobRecord& job : jobs) {
-    for (const pb::SourceFile& file : job.import_animation().files()) Append(file.blob(), blobs);
-    Append(job.checkpoint_blob(), blobs);
-  }
-  LB_ASSIGN_OR_RETURN(const std::vector<pb::JobRecord> children, FindAllChildren(sql));
-  for (const pb::JobRecord& child : children) {
-    Append(child.result_blob(), blobs);
-    Append(child.checkpoint_blob(), blobs);
-  }
-  return absl::OkStatus();
-}
+// One statement for a family and its kept versions, since publications and rollbacks move blobs
+// from one to the other.
+constexpr char kSelectAnimations[] =
+    "SELECT id, blob FROM animations WHERE id > $1 ORDER BY id LIMIT $2";
+constexpr char kSelectFamilies[] =
+    "SELECT family, blob FROM (SELECT id AS family, blob FROM families "
+    "UNION ALL SELECT family, blob FROM kept_versions) AS versions "
+    "WHERE family > $1 ORDER BY family LIMIT $2";
+// One statement for jobs of all states, since a job may change its state at any time. Of each state
+// the index has them in the order of their numbers.
+constexpr char kSelectJobs[] =
+    "SELECT number, record FROM ("
+    "SELECT number, record FROM jobs WHERE state = 1 AND parent IS NULL UNION ALL "
+    "SELECT number, record FROM jobs WHERE state = 2 AND parent IS NULL UNION ALL "
+    "SELECT number, record FROM jobs WHERE state = 6 AND parent IS NULL) AS unfinished "
+    "WHERE number > $1 ORDER BY number LIMIT $2";
+constexpr char kSelectChildren[] =
+    "SELECT parent, record FROM jobs WHERE parent > $1 ORDER BY parent LIMIT $2";
 
 }  // namespace
 
 absl::StatusOr<std::vector<std::string>> BlobsInUse(Sql& sql) {
   std::vector<std::string> blobs;
-  for (const char* table : {"animations", "families"}) {
-    LB_RETURN_IF_ERROR(AppendPublished(sql, table, blobs));
+  const auto append = [&](const std::string& blob) {
+    if (!blob.empty()) blobs.push_back(blob);
+  };
+  const auto append_blob = [&](const std::string& blob) {
+    append(blob);
+    return absl::OkStatus();
+  };
+  const auto append_of_job = [&](const std::string& record) -> absl::Status {
+    LB_ASSIGN_OR_RETURN(const pb::JobRecord job, ParseJob(sql, record));
+    for (const pb::SourceFile& file : job.import_animation().files()) append(file.blob());
+    append(job.checkpoint_blob());
+    append(job.result_blob());
+    return absl::OkStatus();
+  };
+  for (const char* statement : {kSelectAnimations, kSelectFamilies}) {
+    LB_RETURN_IF_ERROR(ReadInPages(sql, statement, std::string(), kNamesAtOnce, append_blob));
   }
-  LB_RETURN_IF_ERROR(AppendKept(sql, blobs));
-  LB_RETURN_IF_ERROR(AppendOfJobs(sql, blobs));
+  LB_RETURN_IF_ERROR(ReadInPages(sql, kSelectJobs, int64_t{0}, kJobsAtOnce, append_of_job));
+  LB_RETURN_IF_ERROR(ReadInPages(sql, kSelectChildren, std::string(), kJobsAtOnce, append_of_job));
   return blobs;
 }
 

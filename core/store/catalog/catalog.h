@@ -157,7 +157,8 @@ class Catalog : public CatalogUpkeep {
   // The jobs that ended after that time, the newest first, at most max_jobs. No children.
   virtual absl::StatusOr<std::vector<pb::JobRecord>> ListEndedJobs(absl::Time after,
                                                                    int max_jobs) = 0;
-  // Every blob that a record, an unfinished job or a child of one refers to, sorted, each once.
+  // Every blob that a record, an unfinished job or a child of one refers to during the whole call,
+  // sorted, each once. A blob that is referred to for a part of it may be missing.
   virtual absl::StatusOr<std::vector<std::string>> ListReferencedBlobs() = 0;
 
   // ---- Use.

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <limits>
-#include <tuple>
 #include <utility>
 
 #include "absl/strings/numbers.h"
@@ -36,28 +35,12 @@ absl::StatusOr<Record> FindRecord(Sql& sql, absl::string_view statement, const s
   return found;
 }
 
-// Query of jobs with the columns record, lease_id, due_us, number.
-constexpr char kSelectJob[] = "SELECT record, lease_id, due_us, number FROM jobs ";
-
-absl::StatusOr<std::optional<JobRow>> FindJobRow(Sql& sql, const std::string& where,
-                                                 std::initializer_list<SqlValue> values) {
-  std::optional<JobRow> found;
-  LB_RETURN_IF_ERROR(
-      sql.Run(absl::StrCat(kSelectJob, where), values, [&](const SqlRow& row) -> absl::Status {
-        LB_ASSIGN_OR_RETURN(pb::JobRecord record,
-                            Parse<pb::JobRecord>(sql, "a job", row.String(0)));
-        found = JobRow{std::move(record), row.String(1), row.Int(2), row.Int(3)};
-        return absl::OkStatus();
-      }));
-  return found;
-}
-
 // Finds all records of jobs that `statement` selects, in its only column.
 absl::StatusOr<std::vector<pb::JobRecord>> FindJobRecords(Sql& sql, absl::string_view statement,
                                                           std::initializer_list<SqlValue> values) {
   std::vector<pb::JobRecord> jobs;
   LB_RETURN_IF_ERROR(sql.Run(statement, values, [&](const SqlRow& row) -> absl::Status {
-    LB_ASSIGN_OR_RETURN(pb::JobRecord job, Parse<pb::JobRecord>(sql, "a job", row.String(0)));
+    LB_ASSIGN_OR_RETURN(pb::JobRecord job, ParseJob(sql, row.String(0)));
     jobs.push_back(std::move(job));
     return absl::OkStatus();
   }));
@@ -85,21 +68,9 @@ absl::StatusOr<Page<Record>> PageOf(Sql& sql, absl::string_view statement, const
   return page;
 }
 
-// Parts of statements for jobs and children that may be leased, now or later: what follows "FROM
-// jobs" to read them by an index. jobs_queued_by_turn has them in the order in which they are
-// leased, the others by due time. No index has jobs of both states: each heartbeat of a running job
-// leaves an old entry, which a search for a queued one would have to pass.
-std::string OfIndex(const Sql& sql, const char* index, pb::JobRecord::State state) {
-  return absl::StrCat(sql.indexed_by(index), " WHERE state = ", state);
-}
-std::string Queued(const Sql& sql) {
-  return OfIndex(sql, "jobs_queued_by_turn", pb::JobRecord::QUEUED);
-}
-std::string QueuedByDue(const Sql& sql) {
-  return OfIndex(sql, "jobs_queued_by_due", pb::JobRecord::QUEUED);
-}
-std::string Running(const Sql& sql) {
-  return OfIndex(sql, "jobs_running_by_due", pb::JobRecord::RUNNING);
+// What follows "FROM jobs" to find unfinished jobs and children by their subject.
+std::string Unfinished(const Sql& sql) {
+  return absl::StrCat(sql.indexed_by("jobs_unfinished_by_subject"), " WHERE state IN (1, 2, 6)");
 }
 
 SqlValue DueOf(const JobRow& job) {
@@ -121,66 +92,28 @@ int64_t StoredBytes(const pb::AnimationRecord& animation) {
   return animation.state() == pb::AnimationRecord::IMPORTING ? animation.upload_bytes() : 0;
 }
 
-// Finds the first job in the order of leases with `condition`. See FindJobToDo().
-absl::StatusOr<std::optional<JobRow>> FindFirstDue(Sql& sql, const std::string& condition,
-                                                   absl::Time now, int64_t memory_bytes) {
-  return FindJobRow(
-      sql,
-      absl::StrCat(condition, " AND (due_us <= $1 OR due_us > $2) AND memory_bytes <= $3 ",
-                   "ORDER BY priority DESC, turn, number LIMIT 1", sql.for_update_of_free()),
-      {absl::ToUnixMicros(now), absl::ToUnixMicros(now + kLongestLease), memory_bytes});
-}
-
-// Whether the lease of any job has ended, or ends so late that the clock must have been turned
-// back.
-absl::StatusOr<bool> HasLostJob(Sql& sql, absl::Time now) {
-  const std::string of_running = absl::StrCat(" FROM jobs ", Running(sql), ")");
-  bool has_lost = false;
-  LB_RETURN_IF_ERROR(sql.Run(
-      absl::StrCat("SELECT (SELECT MIN(due_us)", of_running, ", (SELECT MAX(due_us)", of_running),
-      {}, [&](const SqlRow& row) {
-        const int64_t first_us = row.Int(0), last_us = row.Int(1);  // or 0
-        has_lost = last_us > absl::ToUnixMicros(now + kLongestLease) ||
-                   (last_us > 0 && first_us <= absl::ToUnixMicros(now));
-        return absl::OkStatus();
-      }));
-  return has_lost;
-}
-
-absl::StatusOr<std::optional<JobRow>> FindLostJob(Sql& sql, absl::Time now, int64_t memory_bytes) {
-  LB_ASSIGN_OR_RETURN(const bool has_lost, HasLostJob(sql, now));
-  if (!has_lost) return std::optional<JobRow>();
-  return FindFirstDue(sql, Running(sql), now, memory_bytes);
-}
-
-absl::StatusOr<std::optional<JobRow>> FindQueuedJob(Sql& sql, absl::Time now,
-                                                    int64_t memory_bytes) {
-  return FindFirstDue(sql, Queued(sql), now, memory_bytes);
-}
-
-// The time until the first job with `condition` becomes due; infinite if there is none. Only later
-// times count: jobs that are due already are being leased by other workers.
-absl::StatusOr<absl::Duration> TimeToDue(Sql& sql, const std::string& condition, absl::Time now,
-                                         int64_t memory_bytes) {
-  LB_ASSIGN_OR_RETURN(const int64_t due_us,
-                      QueryInt(sql,
-                               absl::StrCat("SELECT MIN(due_us) FROM jobs ", condition,
-                                            " AND due_us > $1 AND memory_bytes <= $2"),
-                               {absl::ToUnixMicros(now), memory_bytes}));
-  return due_us == 0 ? absl::InfiniteDuration() : absl::FromUnixMicros(due_us) - now;
-}
-
-// Whether `a` is leased before `b`.
-bool IsBefore(const JobRow& a, const JobRow& b) {
-  return std::tuple(-a.record.priority(), a.record.turn(), a.number) <
-         std::tuple(-b.record.priority(), b.record.turn(), b.number);
-}
-
 SqlValue TextOrNull(const std::string& text) {
   return text.empty() ? SqlValue(nullptr) : SqlValue(text);
 }
 
 }  // namespace
+
+absl::StatusOr<pb::JobRecord> ParseJob(const Sql& sql, const std::string& bytes) {
+  return Parse<pb::JobRecord>(sql, "a job", bytes);
+}
+
+absl::StatusOr<std::optional<JobRow>> FindJobRow(Sql& sql, const std::string& where,
+                                                 std::initializer_list<SqlValue> values) {
+  std::optional<JobRow> found;
+  LB_RETURN_IF_ERROR(
+      sql.Run(absl::StrCat("SELECT record, lease_id, due_us, number FROM jobs ", where), values,
+              [&](const SqlRow& row) -> absl::Status {
+                LB_ASSIGN_OR_RETURN(pb::JobRecord record, ParseJob(sql, row.String(0)));
+                found = JobRow{std::move(record), row.String(1), row.Int(2), row.Int(3)};
+                return absl::OkStatus();
+              }));
+  return found;
+}
 
 absl::StatusOr<pb::AnimationRecord> FindAnimation(Sql& sql, const std::string& id) {
   return FindRecord<pb::AnimationRecord>(sql, "SELECT record FROM animations WHERE id = $1",
@@ -209,43 +142,6 @@ absl::StatusOr<JobRow> FindLeasedJob(Sql& sql, const std::string& lease_id) {
       "lease '", lease_id, "' has ended: its job is done or was leased by another worker"));
 }
 
-absl::StatusOr<std::optional<JobRow>> FindJobToDo(Sql& sql, absl::Time now, int64_t memory_bytes) {
-  LB_ASSIGN_OR_RETURN(std::optional<JobRow> lost, FindLostJob(sql, now, memory_bytes));
-  LB_ASSIGN_OR_RETURN(std::optional<JobRow> queued, FindQueuedJob(sql, now, memory_bytes));
-  if (!lost.has_value()) return queued;
-  return queued.has_value() && IsBefore(*queued, *lost) ? queued : lost;
-}
-
-absl::StatusOr<absl::Duration> TimeToNextJob(Sql& sql, absl::Time now, int64_t memory_bytes) {
-  LB_ASSIGN_OR_RETURN(const std::optional<JobRow> job, FindJobToDo(sql, now, memory_bytes));
-  if (job.has_value()) return absl::ZeroDuration();
-  LB_ASSIGN_OR_RETURN(const absl::Duration until_lost,
-                      TimeToDue(sql, Running(sql), now, memory_bytes));
-  LB_ASSIGN_OR_RETURN(const absl::Duration until_due,
-                      TimeToDue(sql, QueuedByDue(sql), now, memory_bytes));
-  return std::min(until_lost, until_due);
-}
-
-absl::StatusOr<int64_t> NextTurn(Sql& sql, const pb::JobRecord& job) {
-  // Each query reads one end of an index.
-  LB_ASSIGN_OR_RETURN(
-      const int64_t given_out,
-      QueryInt(sql, "SELECT MAX(turn) FROM jobs WHERE priority = $1 AND attempts > 0",
-               {int64_t{job.priority()}}));
-  LB_ASSIGN_OR_RETURN(
-      const int64_t owners_last,
-      QueryInt(sql,
-               "SELECT MAX(turn) FROM jobs WHERE owner = $1 AND priority = $2 AND state IN "
-               "(1, 2, 6)",
-               {job.owner(), int64_t{job.priority()}}));
-  // If the history was pruned, the smallest turn that waits stands in for the last one given out.
-  LB_ASSIGN_OR_RETURN(
-      const int64_t next,
-      QueryInt(sql, "SELECT MIN(turn) FROM jobs WHERE priority = $1 AND state IN (1, 2)",
-               {int64_t{job.priority()}}));
-  return std::max({given_out, owners_last, next - 1}) + 1;
-}
-
 absl::StatusOr<std::optional<pb::JobRecord>> FindRequest(Sql& sql, const std::string& request_id) {
   LB_ASSIGN_OR_RETURN(std::optional<JobRow> row,
                       FindJobRow(sql, "WHERE request_id = $1", {request_id}));
@@ -257,15 +153,24 @@ absl::StatusOr<std::vector<pb::JobRecord>> FindChildren(Sql& sql, const std::str
   return FindJobRecords(sql, "SELECT record FROM jobs WHERE parent = $1 ORDER BY number", {parent});
 }
 
-absl::StatusOr<std::vector<pb::JobRecord>> FindAllChildren(Sql& sql) {
-  return FindJobRecords(sql, "SELECT record FROM jobs WHERE parent IS NOT NULL", {});
+absl::StatusOr<std::string> FindUnfinishedJobOf(Sql& sql, const std::string& subject) {
+  std::string id;
+  LB_RETURN_IF_ERROR(sql.Run(
+      absl::StrCat("SELECT id FROM jobs ", Unfinished(sql), " AND subject = $1 AND parent IS NULL"),
+      {subject}, [&](const SqlRow& row) {
+        id = row.String(0);
+        return absl::OkStatus();
+      }));
+  return id;
 }
 
-absl::StatusOr<std::vector<pb::JobRecord>> FindUnfinishedJobs(Sql& sql) {
-  return FindJobRecords(
-      sql, "SELECT record FROM jobs WHERE state IN ($1, $2, $3) AND parent IS NULL ORDER BY number",
-      {int64_t{pb::JobRecord::QUEUED}, int64_t{pb::JobRecord::RUNNING},
-       int64_t{pb::JobRecord::WAITING}});
+absl::StatusOr<std::vector<pb::JobRecord>> FindUnfinishedRegistrations(Sql& sql) {
+  // '0' is the character after '/'.
+  return FindJobRecords(sql,
+                        absl::StrCat("SELECT record FROM jobs ", Unfinished(sql),
+                                     " AND subject > 'families/' AND subject < 'families0' AND "
+                                     "parent IS NULL ORDER BY number"),
+                        {});
 }
 
 absl::StatusOr<JobCounts> CountJobsByState(Sql& sql) {

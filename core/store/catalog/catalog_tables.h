@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <initializer_list>
 #include <optional>
 #include <string>
 #include <vector>
@@ -23,6 +24,12 @@ struct JobRow {
   int64_t number = 0;  // grows with each job; 0: not known
 };
 
+// Reads the record of a job. Errors: kDataLoss, naming the database.
+absl::StatusOr<pb::JobRecord> ParseJob(const Sql& sql, const std::string& bytes);
+
+// Finds the first row of `jobs` that `where`, the rest of the statement, selects.
+absl::StatusOr<std::optional<JobRow>> FindJobRow(Sql& sql, const std::string& where,
+                                                 std::initializer_list<SqlValue> values);
 // Find a record by its id; FindChildren(): those of a job, in the order of the targets.
 // Errors: kNotFound, naming what is missing; kDataLoss for a record that cannot be read.
 absl::StatusOr<pb::AnimationRecord> FindAnimation(Sql& sql, const std::string& id);
@@ -31,23 +38,12 @@ absl::StatusOr<JobRow> FindJob(Sql& sql, const std::string& id);  // not a child
 absl::StatusOr<std::vector<pb::JobRecord>> FindChildren(Sql& sql, const std::string& parent);
 // Finds the job that is held by a lease. Errors: kAborted if the lease is not held any more.
 absl::StatusOr<JobRow> FindLeasedJob(Sql& sql, const std::string& lease_id);
-// Finds the next job or child that is queued or running, due, and needs at most memory_bytes: the
-// highest priority first, of these the lowest turn, of these the oldest. A due time beyond
-// kLongestLease counts as due: then the clock has been turned back.
-absl::StatusOr<std::optional<JobRow>> FindJobToDo(Sql& sql, absl::Time now, int64_t memory_bytes);
-// The time until FindJobToDo() may find one: 0 if there is one; infinite if none is queued or
-// running.
-absl::StatusOr<absl::Duration> TimeToNextJob(Sql& sql, absl::Time now, int64_t memory_bytes);
-// The turn of a new job (start-time fair queueing): the next one after the last unfinished job of
-// its owner and priority, but not before the last turn that was leased, nor before the job that
-// waits longest. So an owner of many jobs waits for owners of few.
-absl::StatusOr<int64_t> NextTurn(Sql& sql, const pb::JobRecord& job);
 // Finds the job that was submitted with this request id, or nothing.
 absl::StatusOr<std::optional<pb::JobRecord>> FindRequest(Sql& sql, const std::string& request_id);
-// The children of all jobs.
-absl::StatusOr<std::vector<pb::JobRecord>> FindAllChildren(Sql& sql);
-// All jobs that are not done, without children.
-absl::StatusOr<std::vector<pb::JobRecord>> FindUnfinishedJobs(Sql& sql);
+// The id of a job, not a child, that makes this subject (SubjectOf()) and is not done; empty: none.
+absl::StatusOr<std::string> FindUnfinishedJobOf(Sql& sql, const std::string& subject);
+// All registrations that are not done, without children.
+absl::StatusOr<std::vector<pb::JobRecord>> FindUnfinishedRegistrations(Sql& sql);
 // The number of jobs and children per state.
 absl::StatusOr<JobCounts> CountJobsByState(Sql& sql);
 // See Catalog::CountJobsByMemory().

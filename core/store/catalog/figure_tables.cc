@@ -5,19 +5,13 @@
 
 #include "absl/strings/str_cat.h"
 #include "core/base/status_macros.h"
+#include "core/store/catalog/catalog_tables.h"
 #include "core/store/catalog/job_records.h"
 
 namespace liquidblend::store {
 namespace {
 
 using Job = pb::JobRecord;
-
-absl::StatusOr<Job> ParseJob(const Sql& sql, const std::string& bytes) {
-  Job job;
-  if (job.ParseFromString(bytes)) return job;
-  return absl::DataLossError(
-      absl::StrCat("database ", sql.name(), ": the record of a job cannot be read"));
-}
 
 // Since the first submitted of the queued jobs that may be given out was queued. Nothing but being
 // queued changes the record of a queued job.

@@ -10,6 +10,7 @@
 #include "core/base/status_macros.h"
 #include "core/store/catalog/catalog_tables.h"
 #include "core/store/catalog/job_records.h"
+#include "core/store/catalog/next_job.h"
 #include "core/store/catalog/owner_tables.h"
 #include "core/store/catalog/version_tables.h"
 
@@ -44,14 +45,11 @@ absl::Status CheckReady(Sql& sql, const std::string& animation) {
 }
 
 absl::Status CheckNobodyWorksOn(Sql& sql, const std::string& subject) {
-  LB_ASSIGN_OR_RETURN(const std::vector<pb::JobRecord> jobs, FindUnfinishedJobs(sql));
-  for (const pb::JobRecord& job : jobs) {
-    if (SubjectOf(job) != subject) continue;
-    return absl::FailedPreconditionError(absl::StrCat(
-        "job '", job.id(), "' of ", subject, " is not done: wait for it (liquidblend operations ",
-        job.id(), " --wait) or cancel it (liquidblend cancel ", job.id(), ")"));
-  }
-  return absl::OkStatus();
+  LB_ASSIGN_OR_RETURN(const std::string job, FindUnfinishedJobOf(sql, subject));
+  if (job.empty()) return absl::OkStatus();
+  return absl::FailedPreconditionError(absl::StrCat(
+      "job '", job, "' of ", subject, " is not done: wait for it (liquidblend operations ", job,
+      " --wait) or cancel it (liquidblend cancel ", job, ")"));
 }
 
 absl::Status NoteFailedRegistration(Sql& sql, const pb::JobRecord& job) {

@@ -116,6 +116,8 @@ constexpr char kPostgresIndexes[] = R"sql(
     WHERE state = 1;
   CREATE INDEX IF NOT EXISTS jobs_queued_by_due ON jobs (due_us, memory_bytes) WHERE state = 1;
   CREATE INDEX IF NOT EXISTS jobs_running_by_due ON jobs (due_us, memory_bytes) WHERE state = 2;
+  CREATE INDEX IF NOT EXISTS jobs_unfinished_by_subject ON jobs (subject)
+    WHERE state IN (1, 2, 6);
 )sql";
 constexpr int64_t kPostgresSchemaVersion = std::size(kPostgresMigrations);
 constexpr int64_t kPostgresFirstWithOwners = 4;
@@ -199,8 +201,9 @@ absl::Status MakeIndexes(PostgresConnection& sql) {
   LB_ASSIGN_OR_RETURN(const int64_t num_there,
                       CountRelations(sql,
                                      " AND relkind = 'i' AND relname IN ('jobs_queued_by_turn', "
-                                     "'jobs_queued_by_due', 'jobs_running_by_due')"));
-  if (num_there == 3) return absl::OkStatus();
+                                     "'jobs_queued_by_due', 'jobs_running_by_due', "
+                                     "'jobs_unfinished_by_subject')"));
+  if (num_there == 4) return absl::OkStatus();
   const absl::Status made = sql.Transaction([&]() -> absl::Status {
     // A history of years takes more than the time limit of other statements.
     LB_RETURN_IF_ERROR(
@@ -230,15 +233,15 @@ class PostgresBackend : public SqlBackend {
     return pool_.Use([&](PostgresConnection& sql) { return body(sql); });
   }
 
-  // Programs must not take what they know of newer tables for all that there is. The second check
-  // is of tables that changed meanwhile.
+  absl::Status ReadCurrent(Body body) override {
+    return pool_.Use([&](PostgresConnection& sql) { return CheckAround(sql, body); });
+  }
+
+  // The second check is of tables that changed meanwhile.
   absl::Status ReadSnapshot(Body body) override {
-    return pool_.Use([&](PostgresConnection& sql) {
-      const absl::Status read = sql.Snapshot([&]() -> absl::Status {
-        LB_RETURN_IF_ERROR(CheckIsCurrent(sql));
-        return body(sql);
-      });
-      return read.ok() ? CheckIsCurrent(sql) : read;
+    return pool_.Use([&](PostgresConnection& sql) -> absl::Status {
+      LB_RETURN_IF_ERROR(sql.Snapshot([&] { return CheckAround(sql, body); }));
+      return CheckIsCurrent(sql);
     });
   }
 
@@ -287,6 +290,12 @@ class PostgresBackend : public SqlBackend {
   }
 
  private:
+  static absl::Status CheckAround(PostgresConnection& sql, Body body) {
+    LB_RETURN_IF_ERROR(CheckIsCurrent(sql));
+    LB_RETURN_IF_ERROR(body(sql));
+    return CheckIsCurrent(sql);
+  }
+
   // Runs a transaction that takes these locks first. Between its waits for them it has neither a
   // transaction nor a connection.
   absl::Status ChangeWith(const std::string& locks, Body body) {

@@ -1,5 +1,6 @@
 #include "core/store/catalog/sql_catalog.h"
 
+#include <algorithm>
 #include <optional>
 #include <string>
 #include <type_traits>
@@ -18,6 +19,7 @@
 #include "core/store/catalog/figure_tables.h"
 #include "core/store/catalog/job_queue.h"
 #include "core/store/catalog/job_records.h"
+#include "core/store/catalog/next_job.h"
 #include "core/store/catalog/owner_tables.h"
 #include "core/store/catalog/upkeep_tables.h"
 #include "core/store/catalog/use_tables.h"
@@ -41,29 +43,30 @@ absl::Status StatusOf(const absl::StatusOr<T>& result) {
   return result.status();
 }
 
+absl::Status IsNeededBy(const std::string& subject, const std::string& job) {
+  return absl::FailedPreconditionError(
+      absl::StrCat(subject, " is needed by job '", job, "', which is not done"));
+}
+
 absl::Status CheckDone(Sql& sql, const std::string& subject) {
-  LB_ASSIGN_OR_RETURN(const std::vector<pb::JobRecord> jobs, FindUnfinishedJobs(sql));
-  for (const pb::JobRecord& job : jobs) {
-    if (SubjectOf(job) != subject) continue;
-    return absl::FailedPreconditionError(
-        absl::StrCat(subject, " is needed by job '", job.id(), "', which is not done"));
-  }
-  return absl::OkStatus();
+  LB_ASSIGN_OR_RETURN(const std::string job, FindUnfinishedJobOf(sql, subject));
+  return job.empty() ? absl::OkStatus() : IsNeededBy(subject, job);
 }
 
 absl::Status CheckUnneeded(Sql& sql, const std::string& animation) {
   LB_ASSIGN_OR_RETURN(const std::string family, FindFamilyWith(sql, animation));
+  const std::string subject = absl::StrCat("animation '", animation, "'");
   if (!family.empty()) {
     return absl::FailedPreconditionError(
-        absl::StrCat("animation '", animation, "' is part of family '", family, "'"));
+        absl::StrCat(subject, " is part of family '", family, "'"));
   }
-  LB_ASSIGN_OR_RETURN(const std::vector<pb::JobRecord> jobs, FindUnfinishedJobs(sql));
+  LB_ASSIGN_OR_RETURN(const std::string import,
+                      FindUnfinishedJobOf(sql, absl::StrCat("animations/", animation)));
+  if (!import.empty()) return IsNeededBy(subject, import);
+  LB_ASSIGN_OR_RETURN(const std::vector<pb::JobRecord> jobs, FindUnfinishedRegistrations(sql));
   for (const pb::JobRecord& job : jobs) {
-    for (const std::string& id : AnimationsOf(job)) {
-      if (id != animation) continue;
-      return absl::FailedPreconditionError(absl::StrCat(
-          "animation '", animation, "' is needed by job '", job.id(), "', which is not done"));
-    }
+    const std::vector<std::string> ids = AnimationsOf(job);
+    if (std::count(ids.begin(), ids.end(), animation) > 0) return IsNeededBy(subject, job.id());
   }
   return absl::OkStatus();
 }
@@ -137,7 +140,7 @@ class SqlCatalog : public Catalog {
   }
   absl::StatusOr<std::vector<std::string>> ListReferencedBlobs() override {
     LB_ASSIGN_OR_RETURN(std::vector<std::string> blobs,
-                        ReadSnapshot([](Sql& sql) { return BlobsInUse(sql); }));
+                        ReadCurrent([](Sql& sql) { return BlobsInUse(sql); }));
     return SortedOnce(std::move(blobs));
   }
 
@@ -351,6 +354,10 @@ class SqlCatalog : public Catalog {
   template <typename Body>
   ReadResult<Body> Read(const Body& body) {
     return ReadWith(&SqlBackend::Read, body);
+  }
+  template <typename Body>
+  ReadResult<Body> ReadCurrent(const Body& body) {
+    return ReadWith(&SqlBackend::ReadCurrent, body);
   }
   template <typename Body>
   ReadResult<Body> ReadSnapshot(const Body& body) {

@@ -21,7 +21,11 @@ class SqlBackend {
   virtual ~SqlBackend() = default;
   // Runs statements that change nothing; each sees all committed changes.
   virtual absl::Status Read(Body body) = 0;
-  // The same, but all statements see the changes that are committed when the first one begins.
+  // The same, for lists that must lack nothing. Errors: kFailedPrecondition if the tables are not
+  // of this program's version before or after the body, since newer tables may have more to list.
+  virtual absl::Status ReadCurrent(Body body) = 0;
+  // ReadCurrent() whose statements all see the changes that are committed when the first one
+  // begins.
   virtual absl::Status ReadSnapshot(Body body) = 0;
   // Runs a transaction; durable when it returns OK. No other Change() or ChangeShared() runs
   // meanwhile, on any machine.

@@ -148,7 +148,8 @@ TEST_F(SqliteCatalogTest, SeveralProcessesBringADatabaseUpToDateOnce) {
 TEST_F(SqliteCatalogTest, MakesAdditionsInADatabaseOfAProgramWithoutThem) {
   MustOpen();
   ASSERT_THAT(OpenRaw()->RunScript("DROP TABLE family_uses; DROP INDEX jobs_queued_by_turn; "
-                                   "DROP INDEX jobs_queued_by_due; DROP INDEX jobs_running_by_due"),
+                                   "DROP INDEX jobs_queued_by_due; DROP INDEX jobs_running_by_due; "
+                                   "DROP INDEX jobs_unfinished_by_subject"),
               Succeeds());
   EXPECT_THAT(MustOpen()->RecordFamilyUses({}), Succeeds());
   EXPECT_THAT(MustOpen()->LeaseJob("one", absl::Minutes(1)), Succeeds());
@@ -182,8 +183,16 @@ TEST_F(SqliteCatalogTest, FindsTheNextJobByAnIndexHoweverLongTheHistory) {
       "due_us > 9) AND memory_bytes <= 5 ORDER BY priority DESC, turn, number LIMIT 1");
   EXPECT_THAT(next, ::testing::HasSubstr("jobs_queued_by_turn"));
   EXPECT_THAT(next, ::testing::Not(::testing::HasSubstr("TEMP B-TREE")));
-  EXPECT_THAT(plan("SELECT MIN(due_us) FROM jobs INDEXED BY jobs_running_by_due WHERE state = 2"),
-              ::testing::HasSubstr("SEARCH jobs USING INDEX jobs_running_by_due"));
+  EXPECT_THAT(plan("SELECT MIN(due_us) FROM jobs INDEXED BY jobs_running_by_due WHERE state = 2 "
+                   "AND memory_bytes <= 5 AND due_us <= 7"),
+              ::testing::HasSubstr("jobs_running_by_due (due_us<?)"));
+  EXPECT_THAT(plan("SELECT id FROM jobs INDEXED BY jobs_unfinished_by_subject WHERE state IN "
+                   "(1, 2, 6) AND subject = 'animations/a' AND parent IS NULL"),
+              ::testing::HasSubstr("jobs_unfinished_by_subject (subject=?)"));
+  const std::string versions = plan(
+      "SELECT family, blob FROM (SELECT id AS family, blob FROM families UNION ALL SELECT family, "
+      "blob FROM kept_versions) AS versions WHERE family > 'f' ORDER BY family LIMIT 5");
+  EXPECT_THAT(versions, ::testing::Not(::testing::HasSubstr("SCAN")));
   EXPECT_THAT(plan("SELECT MIN(due_us) FROM jobs INDEXED BY jobs_queued_by_due WHERE state = 1 AND "
                    "due_us > 7 AND memory_bytes <= 5"),
               ::testing::HasSubstr("jobs_queued_by_due (due_us>?)"));
