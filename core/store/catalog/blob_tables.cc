@@ -12,7 +12,7 @@ namespace liquidblend::store {
 namespace {
 
 constexpr int64_t kNamesAtOnce = 20'000;
-constexpr int64_t kJobsAtOnce = 1'000;  // the job of a long import has a list of thousands of files
+constexpr int64_t kJobsAtOnce = 50;  // an import may have thousands of files, 130 bytes each
 
 // The key of a page's row.
 void ReadKey(const SqlRow& row, std::string& key) { key = row.String(0); }
@@ -42,22 +42,28 @@ absl::Status ReadInPages(Sql& sql, const std::string& statement, Key first, int6
   }
 }
 
-// One statement for a family and its kept versions, since publications and rollbacks move blobs
-// from one to the other.
 constexpr char kSelectAnimations[] =
     "SELECT id, blob FROM animations WHERE id > $1 ORDER BY id LIMIT $2";
+// One statement for a family and its kept versions, since publications and rollbacks move blobs
+// from one to the other.
 constexpr char kSelectFamilies[] =
     "SELECT family, blob FROM (SELECT id AS family, blob FROM families "
     "UNION ALL SELECT family, blob FROM kept_versions) AS versions "
     "WHERE family > $1 ORDER BY family LIMIT $2";
 // One statement for jobs of all states, since a job may change its state at any time. Of each state
-// the index has them in the order of their numbers.
+// jobs_by_state has them in the order of their numbers, which the inner limits make PostgreSQL use.
+// The lowest number comes first, since a file that was sent directly may be named by a later job,
+// too. Children are among them.
 constexpr char kSelectJobs[] =
     "SELECT number, record FROM ("
-    "SELECT number, record FROM jobs WHERE state = 1 AND parent IS NULL UNION ALL "
-    "SELECT number, record FROM jobs WHERE state = 2 AND parent IS NULL UNION ALL "
-    "SELECT number, record FROM jobs WHERE state = 6 AND parent IS NULL) AS unfinished "
-    "WHERE number > $1 ORDER BY number LIMIT $2";
+    "SELECT * FROM (SELECT number, record FROM jobs WHERE state = 1 AND number > $1 "
+    "ORDER BY number LIMIT $2) AS queued UNION ALL "
+    "SELECT * FROM (SELECT number, record FROM jobs WHERE state = 2 AND number > $1 "
+    "ORDER BY number LIMIT $2) AS running UNION ALL "
+    "SELECT * FROM (SELECT number, record FROM jobs WHERE state = 6 AND number > $1 "
+    "ORDER BY number LIMIT $2) AS waiting) AS unfinished "
+    "ORDER BY number LIMIT $2";
+// Those that are done have results.
 constexpr char kSelectChildren[] =
     "SELECT parent, record FROM jobs WHERE parent > $1 ORDER BY parent LIMIT $2";
 

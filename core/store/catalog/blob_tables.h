@@ -9,10 +9,9 @@
 
 namespace liquidblend::store {
 
-// The blobs of Catalog::ListReferencedBlobs(), in any order, some of them several times. Needs no
-// snapshot: a blob that is referred to from the beginning to the end is among them, also if the
-// reference moves meanwhile. Reads pages, so that no statement of a large catalog comes to the time
-// limit of statements, nor keeps deleted rows of the queue from being removed.
+// The blobs of Catalog::ListReferencedBlobs(), in any order, some of them several times. Reads
+// pages without a snapshot: so no statement of a large catalog comes to the time limit of
+// statements, or keeps old rows of the queue from being removed.
 absl::StatusOr<std::vector<std::string>> BlobsInUse(Sql& sql);
 // Sorts them, and keeps each once. To be called outside of a transaction: with a million of them it
 // may take longer than one may be idle.

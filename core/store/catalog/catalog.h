@@ -157,8 +157,11 @@ class Catalog : public CatalogUpkeep {
   // The jobs that ended after that time, the newest first, at most max_jobs. No children.
   virtual absl::StatusOr<std::vector<pb::JobRecord>> ListEndedJobs(absl::Time after,
                                                                    int max_jobs) = 0;
-  // Every blob that a record, an unfinished job or a child of one refers to during the whole call,
-  // sorted, each once. A blob that is referred to for a part of it may be missing.
+  // Every blob that a record, an unfinished job or a child of one refers to, sorted, each once.
+  // Changes may be committed meanwhile. No blob is missing that is referred to during the whole
+  // call by one animation or child, by one family or its kept versions, or by jobs one after the
+  // other. If another record takes it over, it may be missing; but then it was committed again, and
+  // is young (docs/formats.md, "Collecting garbage").
   virtual absl::StatusOr<std::vector<std::string>> ListReferencedBlobs() = 0;
 
   // ---- Use.

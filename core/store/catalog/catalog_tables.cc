@@ -1,6 +1,5 @@
 #include "core/store/catalog/catalog_tables.h"
 
-#include <algorithm>
 #include <limits>
 #include <utility>
 
@@ -68,9 +67,10 @@ absl::StatusOr<Page<Record>> PageOf(Sql& sql, absl::string_view statement, const
   return page;
 }
 
-// What follows "FROM jobs" to find unfinished jobs and children by their subject.
+// What follows "FROM jobs" to find unfinished jobs, not children, by their subject.
 std::string Unfinished(const Sql& sql) {
-  return absl::StrCat(sql.indexed_by("jobs_unfinished_by_subject"), " WHERE state IN (1, 2, 6)");
+  return absl::StrCat(sql.indexed_by("jobs_unfinished_by_subject"),
+                      " WHERE state IN (1, 2, 6) AND parent IS NULL");
 }
 
 SqlValue DueOf(const JobRow& job) {
@@ -155,12 +155,12 @@ absl::StatusOr<std::vector<pb::JobRecord>> FindChildren(Sql& sql, const std::str
 
 absl::StatusOr<std::string> FindUnfinishedJobOf(Sql& sql, const std::string& subject) {
   std::string id;
-  LB_RETURN_IF_ERROR(sql.Run(
-      absl::StrCat("SELECT id FROM jobs ", Unfinished(sql), " AND subject = $1 AND parent IS NULL"),
-      {subject}, [&](const SqlRow& row) {
-        id = row.String(0);
-        return absl::OkStatus();
-      }));
+  LB_RETURN_IF_ERROR(
+      sql.Run(absl::StrCat("SELECT id FROM jobs ", Unfinished(sql), " AND subject = $1"), {subject},
+              [&](const SqlRow& row) {
+                id = row.String(0);
+                return absl::OkStatus();
+              }));
   return id;
 }
 
@@ -168,8 +168,8 @@ absl::StatusOr<std::vector<pb::JobRecord>> FindUnfinishedRegistrations(Sql& sql)
   // '0' is the character after '/'.
   return FindJobRecords(sql,
                         absl::StrCat("SELECT record FROM jobs ", Unfinished(sql),
-                                     " AND subject > 'families/' AND subject < 'families0' AND "
-                                     "parent IS NULL ORDER BY number"),
+                                     " AND subject > 'families/' AND subject < 'families0' "
+                                     "ORDER BY number"),
                         {});
 }
 

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <string>
 
-#include "absl/strings/str_cat.h"
 #include "core/base/status_macros.h"
 #include "core/store/catalog/catalog_tables.h"
 #include "core/store/catalog/job_records.h"

@@ -39,18 +39,19 @@ absl::StatusOr<std::optional<JobRow>> FindFirstDue(Sql& sql, const std::string& 
 }
 
 // Whether a job of at most memory_bytes has a lease that has ended, or ends so late that the clock
-// must have been turned back. Each query reads one end of that part of the index: beside it there
-// may be many old entries, which heartbeats leave and a long snapshot keeps.
+// must have been turned back. Heartbeats leave old entries in the index, which a long snapshot
+// keeps from being removed. The bounds of the due time skip those that were replaced since a
+// lease's length, less the interval of heartbeats.
 absl::StatusOr<bool> HasLostJob(Sql& sql, absl::Time now, int64_t memory_bytes) {
   const std::string of_running =
       absl::StrCat("(due_us) FROM jobs ", Running(sql), " AND memory_bytes <= $1 AND due_us ");
   LB_ASSIGN_OR_RETURN(
-      const int64_t due_us,
+      const int64_t has_lost,
       QueryInt(sql,
-               absl::StrCat("SELECT COALESCE((SELECT MIN", of_running, "<= $2), (SELECT MAX",
-                            of_running, "> $3))"),
+               absl::StrCat("SELECT CASE WHEN COALESCE((SELECT MIN", of_running,
+                            "<= $2), (SELECT MAX", of_running, "> $3)) IS NULL THEN 0 ELSE 1 END"),
                {memory_bytes, absl::ToUnixMicros(now), absl::ToUnixMicros(now + kLongestLease)}));
-  return due_us > 0;
+  return has_lost == 1;
 }
 
 absl::StatusOr<std::optional<JobRow>> FindLostJob(Sql& sql, absl::Time now, int64_t memory_bytes) {

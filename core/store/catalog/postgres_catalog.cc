@@ -117,23 +117,16 @@ constexpr char kPostgresIndexes[] = R"sql(
   CREATE INDEX IF NOT EXISTS jobs_queued_by_due ON jobs (due_us, memory_bytes) WHERE state = 1;
   CREATE INDEX IF NOT EXISTS jobs_running_by_due ON jobs (due_us, memory_bytes) WHERE state = 2;
   CREATE INDEX IF NOT EXISTS jobs_unfinished_by_subject ON jobs (subject)
-    WHERE state IN (1, 2, 6);
+    WHERE state IN (1, 2, 6) AND parent IS NULL;
 )sql";
 constexpr int64_t kPostgresSchemaVersion = std::size(kPostgresMigrations);
 constexpr int64_t kPostgresFirstWithOwners = 4;
 constexpr absl::Duration kSlowPoll = absl::Seconds(5);
 constexpr char kChannel[] = "liquidblend_jobs";
 
-absl::Status CheckVersion(const Sql& sql, int64_t version, int64_t lowest) {
-  if (version >= lowest && version <= kPostgresSchemaVersion) return absl::OkStatus();
-  return absl::FailedPreconditionError(absl::StrCat("database ", sql.name(), " has schema version ",
-                                                    version, "; this program knows 1 to ",
-                                                    kPostgresSchemaVersion));
-}
-
 absl::Status CheckIsCurrent(Sql& sql) {
   LB_ASSIGN_OR_RETURN(const int64_t version, QueryInt(sql, "SELECT version FROM catalog_version"));
-  return CheckVersion(sql, version, kPostgresSchemaVersion);
+  return CheckTablesVersion(sql, version, kPostgresSchemaVersion, kPostgresSchemaVersion);
 }
 
 absl::StatusOr<int64_t> CountRelations(Sql& sql, absl::string_view condition) {
@@ -159,7 +152,7 @@ absl::Status Migrate(PostgresConnection& sql) {
   if (num_tables > 0) {
     LB_RETURN_IF_ERROR(sql.Run(absl::StrCat("SELECT pg_advisory_xact_lock(", kChangesLock, ")")));
     LB_ASSIGN_OR_RETURN(version, QueryInt(sql, "SELECT version FROM catalog_version FOR UPDATE"));
-    LB_RETURN_IF_ERROR(CheckVersion(sql, version, 1));
+    LB_RETURN_IF_ERROR(CheckTablesVersion(sql, version, 1, kPostgresSchemaVersion));
   }
   if (version == kPostgresSchemaVersion) return absl::OkStatus();
   for (int64_t k = version; k < kPostgresSchemaVersion; ++k) {
@@ -213,7 +206,8 @@ absl::Status MakeIndexes(PostgresConnection& sql) {
   });
   if (!absl::IsPermissionDenied(made)) return made;
   base::LogWarning(absl::StrCat(
-      "the queue is slow until the owner of the tables adds its indexes: ", made.message()));
+      "the queue and deletions are slow until the owner of the tables adds its indexes: ",
+      made.message()));
   return absl::OkStatus();
 }
 
@@ -234,14 +228,21 @@ class PostgresBackend : public SqlBackend {
   }
 
   absl::Status ReadCurrent(Body body) override {
-    return pool_.Use([&](PostgresConnection& sql) { return CheckAround(sql, body); });
+    return pool_.Use([&](PostgresConnection& sql) -> absl::Status {
+      LB_RETURN_IF_ERROR(CheckIsCurrent(sql));
+      LB_RETURN_IF_ERROR(body(sql));
+      return CheckIsCurrent(sql);
+    });
   }
 
-  // The second check is of tables that changed meanwhile.
+  // The check after the snapshot is there because the snapshot does not see a change of the tables.
   absl::Status ReadSnapshot(Body body) override {
     return pool_.Use([&](PostgresConnection& sql) -> absl::Status {
-      LB_RETURN_IF_ERROR(sql.Snapshot([&] { return CheckAround(sql, body); }));
-      return CheckIsCurrent(sql);
+      const absl::Status read = sql.Snapshot([&]() -> absl::Status {
+        LB_RETURN_IF_ERROR(CheckIsCurrent(sql));
+        return body(sql);
+      });
+      return read.ok() ? CheckIsCurrent(sql) : read;
     });
   }
 
@@ -290,12 +291,6 @@ class PostgresBackend : public SqlBackend {
   }
 
  private:
-  static absl::Status CheckAround(PostgresConnection& sql, Body body) {
-    LB_RETURN_IF_ERROR(CheckIsCurrent(sql));
-    LB_RETURN_IF_ERROR(body(sql));
-    return CheckIsCurrent(sql);
-  }
-
   // Runs a transaction that takes these locks first. Between its waits for them it has neither a
   // transaction nor a connection.
   absl::Status ChangeWith(const std::string& locks, Body body) {

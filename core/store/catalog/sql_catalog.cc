@@ -428,6 +428,12 @@ class SqlCatalog : public Catalog {
 
 }  // namespace
 
+absl::Status CheckTablesVersion(const Sql& sql, int64_t version, int64_t lowest, int64_t newest) {
+  if (version >= lowest && version <= newest) return absl::OkStatus();
+  return absl::FailedPreconditionError(absl::StrCat("database ", sql.name(), " has schema version ",
+                                                    version, "; this program knows 1 to ", newest));
+}
+
 std::unique_ptr<Catalog> MakeSqlCatalog(std::unique_ptr<SqlBackend> backend,
                                         const CatalogOptions& options) {
   return std::make_unique<SqlCatalog>(std::move(backend), options);

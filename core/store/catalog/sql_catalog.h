@@ -1,6 +1,7 @@
 // The catalog on any database that runs its transactions.
 #pragma once
 
+#include <cstdint>
 #include <memory>
 
 #include "absl/functional/function_ref.h"
@@ -40,6 +41,10 @@ class SqlBackend {
   using UntilNextJob = absl::FunctionRef<absl::StatusOr<absl::Duration>()>;
   virtual absl::StatusOr<bool> WaitForJob(absl::Duration timeout, UntilNextJob until_next) = 0;
 };
+
+// Whether a program that knows these versions of the tables may use a database with this one.
+// Errors: kFailedPrecondition, naming the database and the versions.
+absl::Status CheckTablesVersion(const Sql& sql, int64_t version, int64_t lowest, int64_t newest);
 
 // Makes a catalog on this database.  Requires: options.Validate().ok().
 std::unique_ptr<Catalog> MakeSqlCatalog(std::unique_ptr<SqlBackend> backend,

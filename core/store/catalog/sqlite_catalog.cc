@@ -93,10 +93,15 @@ constexpr char kSqliteAdditions[] = R"sql(
   CREATE INDEX IF NOT EXISTS jobs_queued_by_due ON jobs (due_us, memory_bytes) WHERE state = 1;
   CREATE INDEX IF NOT EXISTS jobs_running_by_due ON jobs (due_us, memory_bytes) WHERE state = 2;
   CREATE INDEX IF NOT EXISTS jobs_unfinished_by_subject ON jobs (subject)
-    WHERE state IN (1, 2, 6);
+    WHERE state IN (1, 2, 6) AND parent IS NULL;
 )sql";
 constexpr int64_t kSqliteSchemaVersion = std::size(kSqliteMigrations);
 constexpr int64_t kSqliteFirstWithOwners = 5;
+
+absl::Status CheckIsCurrent(Database& db) {
+  LB_ASSIGN_OR_RETURN(const int64_t version, QueryInt(db, "PRAGMA user_version"));
+  return CheckTablesVersion(db, version, kSqliteSchemaVersion, kSqliteSchemaVersion);
+}
 
 absl::Status Migrate(Database& db) {
   LB_ASSIGN_OR_RETURN(const int64_t version, QueryInt(db, "PRAGMA user_version"));
@@ -107,11 +112,7 @@ absl::Status Migrate(Database& db) {
     return absl::FailedPreconditionError(
         absl::StrCat("database ", db.name(), " is not a liquidblend catalog"));
   }
-  if (version < 0 || version > kSqliteSchemaVersion) {
-    return absl::FailedPreconditionError(
-        absl::StrCat("database ", db.name(), " has schema version ", version,
-                     "; this program knows 1 to ", kSqliteSchemaVersion));
-  }
+  LB_RETURN_IF_ERROR(CheckTablesVersion(db, version, 0, kSqliteSchemaVersion));
   if (version == kSqliteSchemaVersion) return absl::OkStatus();
   for (int64_t k = version; k < kSqliteSchemaVersion; ++k) {
     LB_RETURN_IF_ERROR(db.RunScript(kSqliteMigrations[k]));
@@ -148,11 +149,18 @@ class SqliteBackend : public SqlBackend {
   absl::Status Change(Body body) override ABSL_LOCKS_EXCLUDED(mutex_) {
     const absl::MutexLock lock(&mutex_);
     Database& db = *db_;
-    return db.Transaction([&] { return body(db); });
+    return db.Transaction([&]() -> absl::Status {
+      LB_RETURN_IF_ERROR(CheckIsCurrent(db));
+      return body(db);
+    });
   }
 
-  // A program that brings the tables to a newer version is told apart when it opens them.
-  absl::Status ReadCurrent(Body body) override { return Read(body); }
+  absl::Status ReadCurrent(Body body) override ABSL_LOCKS_EXCLUDED(mutex_) {
+    const absl::MutexLock lock(&mutex_);
+    LB_RETURN_IF_ERROR(CheckIsCurrent(*db_));
+    LB_RETURN_IF_ERROR(body(*db_));
+    return CheckIsCurrent(*db_);
+  }
 
   // SQLite has one writer at a time in any case, and a catalog has one connection.
   absl::Status ReadSnapshot(Body body) override { return Change(body); }

@@ -53,6 +53,25 @@ class PostgresCatalogTest : public ::testing::Test {
 
   std::string Run(const std::string& script) { return server_.Run(url_, script); }
 
+  // Lists the blobs again and again while another connection runs the script.
+  void ListWhile(const std::string& script, const std::vector<std::string>& expected) {
+    const auto catalog = MustOpen();
+    std::atomic<bool> is_done = false;
+    std::atomic<int> num_runs = 0;
+    std::thread other([&] {
+      const auto connection = OpenConnection();
+      for (; !is_done; ++num_runs) EXPECT_THAT(connection->RunScript(script), Succeeds());
+    });
+    for (int k = 0; k < 300; ++k) {
+      const auto blobs = catalog->ListReferencedBlobs();
+      EXPECT_THAT(blobs, Succeeds());
+      EXPECT_EQ(blobs.value_or(std::vector<std::string>()), expected);
+    }
+    is_done = true;
+    other.join();
+    EXPECT_GT(num_runs, 10);
+  }
+
   // The url of the catalog for a new user, who may do all in its schema but owns nothing.
   std::string UrlOfNewRole(const std::string& role, const std::string& schema) {
     Run("CREATE ROLE " + role);
@@ -222,11 +241,15 @@ TEST_F(PostgresCatalogTest, MakesAdditionsInADatabaseOfAProgramWithoutThem) {
   const auto old = MustOpen();
   Run("DROP TABLE family_uses");
   EXPECT_THAT(MustOpen()->RecordFamilyUses({}), Succeeds());
-  Run("DROP INDEX jobs_queued_by_due");
-  MustOpen();
-  EXPECT_EQ(Run("SELECT count(*) FROM pg_class WHERE relnamespace = "
-                "current_schema()::text::regnamespace AND relname = 'jobs_queued_by_due'"),
-            "1");
+  for (const std::string index : {"jobs_queued_by_turn", "jobs_queued_by_due",
+                                  "jobs_running_by_due", "jobs_unfinished_by_subject"}) {
+    Run("DROP INDEX " + index);
+    MustOpen();
+    EXPECT_EQ(Run("SELECT count(*) FROM pg_class WHERE relnamespace = "
+                  "current_schema()::text::regnamespace AND relname = '" +
+                  index + "'"),
+              "1");
+  }
   EXPECT_THAT(old->SubmitImport(AnimationCalled("a"), ImportOf("a")), Succeeds());
 }
 
@@ -586,31 +609,46 @@ TEST_F(PostgresCatalogTest, ListsTheBlobsOfManyJobsInPages) {
 
 // A rollback moves the blob of a kept version to the family, and the published one to the kept.
 TEST_F(PostgresCatalogTest, ListsTheBlobsOfVersionsThatMoveMeanwhile) {
-  const auto catalog = MustOpen();
+  MustOpen();
   RunScript(
       "INSERT INTO families VALUES ('f', 1, 'blob 1', '', '', 0); "
       "INSERT INTO kept_versions VALUES ('f', 2, 'blob 2', '', 0, '')");
-  std::atomic<bool> is_done = false;
-  std::atomic<int> num_moves = 0;
-  std::thread mover([&] {
-    const auto connection = OpenConnection();
-    for (; !is_done; ++num_moves) {
-      EXPECT_THAT(connection->RunScript(
-                      "BEGIN; "
-                      "UPDATE kept_versions SET blob = (SELECT blob FROM families); "
-                      "UPDATE families SET blob = 'blob ' || (3 - right(blob, 1)::int); COMMIT"),
-                  Succeeds());
-    }
-  });
-  for (int k = 0; k < 300; ++k) {
-    const auto blobs = catalog->ListReferencedBlobs();
-    EXPECT_THAT(blobs, Succeeds());
-    EXPECT_THAT(blobs.value_or(std::vector<std::string>()),
-                ::testing::ElementsAre("blob 1", "blob 2"));
-  }
-  is_done = true;
-  mover.join();
-  EXPECT_GT(num_moves, 10);
+  ListWhile(
+      "BEGIN; UPDATE kept_versions SET blob = (SELECT blob FROM families); "
+      "UPDATE families SET blob = 'blob ' || (3 - right(blob, 1)::int); COMMIT",
+      {"blob 1", "blob 2"});
+}
+
+TEST_F(PostgresCatalogTest, ListsTheBlobsOfJobsThatChangeTheirStatesMeanwhile) {
+  ASSERT_THAT(MustOpen()->SubmitImport(AnimationCalled("a"), ImportOf("a")), Succeeds());
+  ListWhile("UPDATE jobs SET state = CASE state WHEN 1 THEN 2 WHEN 2 THEN 6 ELSE 1 END",
+            {"upload-of-a"});
+}
+
+TEST_F(PostgresCatalogTest, FindsAPageOfBlobsByAnIndex) {
+  MustOpen();
+  RunScript(
+      "INSERT INTO families SELECT 'f' || k, 1, 'b', '', '', 0 FROM generate_series(1, 9000) AS k; "
+      "INSERT INTO kept_versions SELECT 'f' || k, 1, 'b', '', 0, '' FROM generate_series(1, 9000) "
+      "AS k; "
+      "INSERT INTO jobs (id, state, subject, parent, record) SELECT 'job-' || k, 1 + k % 6, 's', "
+      "CASE k % 4 WHEN 0 THEN 'p' || k END, '' FROM generate_series(1, 20000) AS k; ANALYZE jobs, "
+      "families, kept_versions");
+  const auto plan = [&](const std::string& statement) {
+    std::string text = Run("EXPLAIN (FORMAT JSON) " + statement);
+    EXPECT_THAT(text, ::testing::Not(::testing::HasSubstr("Seq Scan")));
+    EXPECT_THAT(text, ::testing::Not(::testing::HasSubstr("\"Sort\"")));
+    return text;
+  };
+  EXPECT_THAT(plan("SELECT family, blob FROM (SELECT id AS family, blob FROM families UNION ALL "
+                   "SELECT family, blob FROM kept_versions) AS versions WHERE family > 'f' "
+                   "ORDER BY family LIMIT 50"),
+              ::testing::HasSubstr("Merge Append"));
+  EXPECT_THAT(plan("SELECT number, record FROM jobs WHERE state = 1 AND number > 7 "
+                   "ORDER BY number LIMIT 50"),
+              ::testing::ContainsRegex("jobs_by_state|jobs_pkey"));
+  EXPECT_THAT(plan("SELECT parent, record FROM jobs WHERE parent > 'p' ORDER BY parent LIMIT 50"),
+              ::testing::HasSubstr("jobs_by_parent"));
 }
 
 // ---- a database that goes away

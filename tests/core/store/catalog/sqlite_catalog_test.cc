@@ -153,7 +153,19 @@ TEST_F(SqliteCatalogTest, MakesAdditionsInADatabaseOfAProgramWithoutThem) {
               Succeeds());
   EXPECT_THAT(MustOpen()->RecordFamilyUses({}), Succeeds());
   EXPECT_THAT(MustOpen()->LeaseJob("one", absl::Minutes(1)), Succeeds());
+  EXPECT_THAT(MustOpen()->SubmitImport(AnimationCalled("a"), ImportOf("a")), Succeeds());
+  EXPECT_THAT(MustOpen()->DeleteAnimation("a"), Fails(Code::kFailedPrecondition, "is not done"));
   EXPECT_EQ(*QueryInt(*OpenRaw(), "PRAGMA user_version"), SqliteTablesVersion());
+}
+
+// A newer program may bring the tables up to date while this one runs.
+TEST_F(SqliteCatalogTest, NeitherChangesNorListsNewerTables) {
+  const auto catalog = MustOpen();
+  const int64_t newer = SqliteTablesVersion() + 1;
+  ASSERT_THAT(OpenRaw()->RunScript(absl::StrCat("PRAGMA user_version = ", newer)), Succeeds());
+  const auto fails = Fails(Code::kFailedPrecondition, absl::StrCat("has schema version ", newer));
+  EXPECT_THAT(catalog->ListReferencedBlobs(), fails);
+  EXPECT_THAT(catalog->SubmitImport(AnimationCalled("a"), ImportOf("a")), fails);
 }
 
 // A step that cannot be made leaves the former version.
@@ -187,8 +199,13 @@ TEST_F(SqliteCatalogTest, FindsTheNextJobByAnIndexHoweverLongTheHistory) {
                    "AND memory_bytes <= 5 AND due_us <= 7"),
               ::testing::HasSubstr("jobs_running_by_due (due_us<?)"));
   EXPECT_THAT(plan("SELECT id FROM jobs INDEXED BY jobs_unfinished_by_subject WHERE state IN "
-                   "(1, 2, 6) AND subject = 'animations/a' AND parent IS NULL"),
+                   "(1, 2, 6) AND parent IS NULL AND subject = 'animations/a'"),
               ::testing::HasSubstr("jobs_unfinished_by_subject (subject=?)"));
+  EXPECT_THAT(plan("SELECT * FROM (SELECT number, record FROM jobs WHERE state = 1 AND number > 5 "
+                   "ORDER BY number LIMIT 9)"),
+              ::testing::HasSubstr("jobs_by_state (state=? AND number>?)"));
+  EXPECT_THAT(plan("SELECT parent, record FROM jobs WHERE parent > 'p' ORDER BY parent LIMIT 9"),
+              ::testing::HasSubstr("jobs_by_parent (parent>?)"));
   const std::string versions = plan(
       "SELECT family, blob FROM (SELECT id AS family, blob FROM families UNION ALL SELECT family, "
       "blob FROM kept_versions) AS versions WHERE family > 'f' ORDER BY family LIMIT 5");
