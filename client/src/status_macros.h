@@ -18,9 +18,12 @@
   } while (false)
 
 // Declares or assigns `lhs` from a StatusOr, or returns its status from the enclosing function.
+// `lhs` may be a declaration, so it cannot stand in parentheses.
+// NOLINTBEGIN(bugprone-macro-parentheses)
 #define LBC_ASSIGN_OR_RETURN(lhs, expression) \
   LBC_ASSIGN_OR_RETURN_IMPL(LBC_CONCAT(lbc_or_, __LINE__), lhs, expression)
 #define LBC_ASSIGN_OR_RETURN_IMPL(tmp, lhs, expression) \
   auto tmp = (expression);                              \
   if (!tmp.ok()) return std::move(tmp).status();        \
   lhs = *std::move(tmp)
+// NOLINTEND(bugprone-macro-parentheses)

@@ -42,7 +42,7 @@ std::vector<openvdb::Vec3I> TrianglesOf(const WriteRequest& request) {
 openvdb::Vec3s VelocityOf(const WriteRequest& request, size_t triangle) {
   openvdb::Vec3s sum(0.0f);
   for (size_t k = 0; k < 3; ++k) {
-    sum += openvdb::Vec3s(request.velocities + 3 * request.triangles[3 * triangle + k]);
+    sum += openvdb::Vec3s(request.velocities + size_t{3} * request.triangles[3 * triangle + k]);
   }
   return sum / 3.0f;
 }

@@ -72,8 +72,10 @@ Cluster CellIndex::cluster(int32_t number) const {
   cluster.num_first_vertices = record.num_first_vertices;
   cluster.num_last_vertices = record.num_last_vertices;
   cluster.corners = bytes_.data() + record.first_byte;
-  cluster.edges = cluster.corners + kNumCorners[static_cast<int>(record.kind)] * record.num_cells;
-  cluster.low_ends = cluster.edges + kNumEdges[static_cast<int>(record.kind)] * record.num_cells;
+  cluster.edges =
+      cluster.corners + kNumCorners[static_cast<int>(record.kind)] * ptrdiff_t{record.num_cells};
+  cluster.low_ends =
+      cluster.edges + kNumEdges[static_cast<int>(record.kind)] * ptrdiff_t{record.num_cells};
   cluster.high_ends = cluster.low_ends + record.num_edges;
   cluster.has_repeated_corners = record.has_repeated_corners;
   cluster.owner_clusters = owner_clusters_.data() + record.first_owner;

@@ -21,7 +21,7 @@ ClusterBuilder::ClusterBuilder(const mesh::RegisteredFamily& family, CellIndex& 
       index_(index),
       first_edge_(num_vertices_, -1),
       growing_number_(num_vertices_, -1),
-      edge_numbers_(kMaxClusterVertices * kMaxClusterVertices, 0) {}
+      edge_numbers_(size_t{kMaxClusterVertices} * kMaxClusterVertices, 0) {}
 
 template <typename Cell>
 void ClusterBuilder::Add(std::span<const Cell> cells, CellKind kind) {

@@ -20,7 +20,7 @@ void FindLater(const float* times, int num_vertices, const TimeTerm* terms, size
   for (int v = 0; v < num_vertices; v += lanes) {
     auto sum = hn::LoadU(d, times + v);
     for (size_t k = 0; k < num_terms; ++k) {
-      const auto field = hn::LoadU(d, times + terms[k].field * num_vertices + v);
+      const auto field = hn::LoadU(d, times + terms[k].field * ptrdiff_t{num_vertices} + v);
       sum = hn::Add(sum, hn::Mul(hn::Set(d, terms[k].factor), field));
     }
     uint8_t bits[8] = {};
@@ -102,7 +102,8 @@ uint64_t FindCodes(const uint8_t* later, const uint8_t* corners, int num_corners
     auto code = hn::Zero(d);
     for (int k = 0; k < num_corners; ++k) {
       const auto bit = hn::Set(d, static_cast<uint8_t>(1U << k));
-      code = hn::Or(code, hn::IfThenElseZero(is_later.Of(corners + k * num_cells + c), bit));
+      code = hn::Or(code,
+                    hn::IfThenElseZero(is_later.Of(corners + ptrdiff_t{k} * num_cells + c), bit));
     }
     hn::StoreU(code, d, codes + c);
     AddBits(hn::And(hn::Ne(code, hn::Zero(d)), hn::Ne(code, all)), c, &cut);

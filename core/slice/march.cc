@@ -82,7 +82,7 @@ class Marcher {
       if (size + most > buffer.size()) buffer.resize(2 * (size + most));
     };
     grow(part_.num_vertices, kMaxClusterEdges, part_.vertices);
-    grow(part_.num_triangles, kMaxClusterCells * kMaxCellTriangles, part_.triangles);
+    grow(part_.num_triangles, size_t{kMaxClusterCells} * kMaxCellTriangles, part_.triangles);
   }
 
   // Finds the expected vertices on the edges of earlier clusters of this part.

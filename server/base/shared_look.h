@@ -43,18 +43,15 @@ class SharedLook : public std::enable_shared_from_this<SharedLook<Answer>> {
   // Calls `done` once, at once or on a thread of the pools; it must not block.
   // Errors: the look's; kUnavailable if it takes longer than the limit, or the server stops.
   void Ask(Done done) {
-    std::optional<absl::StatusOr<Answer>> known;
-    int64_t begun = 0;
-    {
-      absl::MutexLock lock(&mutex_);
-      if (is_overdue_ || SteadyNow() - answered_at_ < options_.kept) {
-        known = answer_;
-      } else {
-        waiting_.push_back(std::move(done));
-        if (!std::exchange(is_looking_, true)) begun = ++num_looks_;
-      }
+    absl::ReleasableMutexLock lock(&mutex_);
+    if (is_overdue_ || SteadyNow() - answered_at_ < options_.kept) {
+      const absl::StatusOr<Answer> known = answer_;
+      lock.Release();
+      return done(known);
     }
-    if (known.has_value()) return done(*known);
+    waiting_.push_back(std::move(done));
+    const int64_t begun = std::exchange(is_looking_, true) ? 0 : ++num_looks_;
+    lock.Release();
     if (begun > 0) Begin(begun);
   }
 

@@ -242,7 +242,7 @@ void PrintCosts(const Context& context) {
       "| --- | --- | --- | --- | --- |\n| %d threads | %.1f | ",
       context.arena.num_threads(), costs.build_s);
   for (size_t k = 0; k < costs.registration_s.size(); ++k) {
-    context.out << absl::StrFormat(k == 0 ? "%.1f" : ", %.1f", costs.registration_s[k]);
+    context.out << absl::StrFormat("%s%.1f", k == 0 ? "" : ", ", costs.registration_s[k]);
   }
   context.out << absl::StrFormat(" | %.0f |", costs.peak_mb);
   for (const mesh::FamilyTarget& target : context.registered.family().targets) {

@@ -20,7 +20,7 @@ void Slice(const bench::Loaded& loaded, const std::vector<double>& weights,
   int64_t num_triangles = 0;
   int64_t num_candidates = 0;
   double share = 0.25;
-  for (auto _ : state) {
+  for ([[maybe_unused]] auto _ : state) {
     share = share < 0.75 ? share + 0.0137 : 0.25;
     const double time_s = share * loaded.family.duration_s();
     if (!slice::FindCandidates(loaded.index, weights, time_s, workspace).ok()) {
@@ -92,7 +92,7 @@ BENCHMARK(BlendSliceOfTargets)
 void BuildCellIndex(benchmark::State& state) {
   const bench::Loaded& loaded =
       bench::FamilyOf({.vertices_per_frame = static_cast<int>(state.range(0))});
-  for (auto _ : state) {
+  for ([[maybe_unused]] auto _ : state) {
     const slice::CellIndex index(loaded.family);
     benchmark::DoNotOptimize(index.num_clusters());
   }

@@ -94,7 +94,7 @@ template <typename Encode>
 void Run(const mesh::TriangleMesh& surface, int64_t preset, const Encode& encode,
          benchmark::State& state) {
   size_t num_bytes = 0;
-  for (auto _ : state) {
+  for ([[maybe_unused]] auto _ : state) {
     const auto data = encode(surface);
     if (!data.ok()) return state.SkipWithError(std::string(data.status().message()).c_str());
     num_bytes = data->size();
@@ -184,7 +184,7 @@ BENCHMARK(EncodeMeshopt)
 void RunDecode(const absl::StatusOr<std::string>& data, benchmark::State& state) {
   if (!data.ok()) return state.SkipWithError(std::string(data.status().message()).c_str());
   size_t num_triangles = 0;
-  for (auto _ : state) {
+  for ([[maybe_unused]] auto _ : state) {
     const auto mesh = DecodeMesh(*data);
     if (!mesh.ok()) return state.SkipWithError(std::string(mesh.status().message()).c_str());
     num_triangles = mesh->num_triangles();

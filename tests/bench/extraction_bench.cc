@@ -38,7 +38,7 @@ mesh::SpaceTimeMesh WarpedMesh(const benchmark::State& state) {
 template <typename Extract>
 void Run(benchmark::State& state, const Extract& extract) {
   double time_frames = 2.0;
-  for (auto _ : state) {
+  for ([[maybe_unused]] auto _ : state) {
     time_frames = time_frames < 5.0 ? time_frames + 0.137 : 2.0;
     benchmark::DoNotOptimize(extract(time_frames).vertices.data());
   }

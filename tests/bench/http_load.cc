@@ -40,7 +40,8 @@ struct Flags {
 // Frame k of the family's version: a weight, and one of as many times as that takes.
 std::string PathOf(const Flags& flags, int k) {
   const int num_times = (flags.frames + kWeightsPerTime - 1) / kWeightsPerTime;
-  const double time_s = flags.duration_s * (k / kWeightsPerTime) / std::max(1, num_times - 1);
+  const int row = k / kWeightsPerTime;
+  const double time_s = flags.duration_s * row / std::max(1, num_times - 1);
   return absl::StrCat("/v1/families/", flags.family,
                       "/frame.drc?weights=", 0.01 * (k % kWeightsPerTime), "&time=", time_s,
                       "&version=", flags.version);

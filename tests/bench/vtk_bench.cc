@@ -58,7 +58,7 @@ void SliceOurs(benchmark::State& state) {
   slice::Workspace workspace;
   Times times(loaded.family);
   int64_t num_triangles = 0;
-  for (auto _ : state) {
+  for ([[maybe_unused]] auto _ : state) {
     if (!slice::FindCandidates(loaded.index, weights, times.Next(), workspace).ok()) {
       return state.SkipWithError("time");
     }
@@ -117,7 +117,7 @@ void SliceWithVtk(benchmark::State& state) {
   };
   slice();  // builds the tree
   int64_t num_triangles = 0;
-  for (auto _ : state) num_triangles += slice();
+  for ([[maybe_unused]] auto _ : state) num_triangles += slice();
   Report(state, num_triangles);
 }
 BENCHMARK(SliceWithVtk)->ArgName("vertices")->Arg(50000)->Unit(benchmark::kMillisecond);

@@ -48,7 +48,7 @@ using Times = std::map<std::string, std::vector<double>>;
 template <typename Call>
 absl::Status Measure(Times& times, const std::string& name, const Call& call) {
   const Clock::time_point begin = Clock::now();
-  const absl::Status status = call();
+  absl::Status status = call();
   times[name].push_back(MsSince(begin));
   return status;
 }

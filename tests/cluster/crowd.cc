@@ -114,7 +114,7 @@ CallReport Call(const Flags& flags, const LoadTarget& target,
 }
 
 // Prints the report's row; returns how many calls failed.
-int Print(const char* what, CallReport report) {
+int Print(const char* what, const CallReport& report) {
   std::printf("| %s | %zu | %.2f | %.2f | %d |\n", what, report.ms.size(),
               Percentile(report.ms, 0.5), Percentile(report.ms, 0.99), report.num_failed);
   std::fflush(stdout);

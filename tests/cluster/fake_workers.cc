@@ -131,14 +131,11 @@ WorkReport Work(const FakeWorkersOptions& options, int number, const jobs::StopS
   while (!stop.is_requested()) {
     const Clock::time_point begin = Clock::now();
     const auto lease = catalog.LeaseJob(name, kLease, kMemory);
-    if (!lease.ok()) {
-      ++report.num_errors;
-      stop.WaitFor(kAfterError);
-    } else if (lease->has_value()) {
+    if (lease.ok() && lease->has_value()) {
       report.lease_ms.push_back(MsSince(begin));
       report.leased_s.push_back(SecondsOf(Clock::now()));
       RunJob(catalog, **lease, share(random) * options.job, stop, report);
-    } else if (!AwaitJob(catalog, stop).ok()) {
+    } else if (!lease.ok() || !AwaitJob(catalog, stop).ok()) {
       ++report.num_errors;
       stop.WaitFor(kAfterError);
     }

@@ -37,7 +37,8 @@ FrameRequest QuestionOf(const std::string& family, int number) {
   FrameRequest request;
   request.family = family;
   request.weights = {number % 6 / 5.0};
-  request.time_s = number / 6 * 0.1;
+  const int row = number / 6;
+  request.time_s = row * 0.1;
   return request;
 }
 

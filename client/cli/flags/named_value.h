@@ -22,6 +22,7 @@ CLI::Option* AddNamedValue(const std::string& flag, Value& value, const std::str
                            const std::vector<std::pair<std::string, V>>& choices,
                            CLI::App& command) {
   std::vector<std::string> names;
+  names.reserve(choices.size());
   for (const auto& choice : choices) names.push_back(choice.first);
   const auto set = [&value, choices, names](const std::string& text) {
     value = choices[static_cast<size_t>(IndexOf(names, text))].second;

@@ -106,7 +106,7 @@ int WatchProgress(void* exchange_pointer, curl_off_t, curl_off_t num_received, c
 void AddHeader(const std::string& line, Exchange& exchange) {
   curl_slist* const longer = curl_slist_append(exchange.headers.get(), line.c_str());
   if (longer == nullptr) throw std::bad_alloc();
-  exchange.headers.release();
+  static_cast<void>(exchange.headers.release());
   exchange.headers.reset(longer);
 }
 

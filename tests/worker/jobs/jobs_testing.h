@@ -103,7 +103,7 @@ class JobsTest : public testing::Test {
   absl::Status Work(int num_threads = 2, const std::string& worker = "test") {
     JobLoopOptions options = Options();
     options.worker = worker;
-    return WorkWith(std::move(options), num_threads);
+    return WorkWith(options, num_threads);
   }
   absl::Status WorkWith(const JobLoopOptions& options, int num_threads = 2) {
     const parallel::Arena arena(num_threads);

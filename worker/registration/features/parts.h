@@ -32,7 +32,7 @@ struct PartLink {
   int32_t from;  // the earlier part
   int32_t to;
   bool operator==(const PartLink&) const = default;
-  auto operator<=>(const PartLink&) const = default;
+  auto operator<=>(const PartLink&) const = default;  // NOLINT(modernize-use-nullptr)
 };
 
 struct PartGraph {
