@@ -40,8 +40,7 @@ absl::StatusOr<std::optional<JobRow>> FindFirstDue(Sql& sql, const std::string& 
 
 // Whether a job of at most memory_bytes has a lease that has ended, or ends so late that the clock
 // must have been turned back. Heartbeats leave old entries in the index, which a long snapshot
-// keeps from being removed. The bounds of the due time skip those that were replaced since a
-// lease's length, less the interval of heartbeats.
+// keeps from being removed. The bounds skip those whose lease would still last without the renewal.
 absl::StatusOr<bool> HasLostJob(Sql& sql, absl::Time now, int64_t memory_bytes) {
   const std::string of_running =
       absl::StrCat("(due_us) FROM jobs ", Running(sql), " AND memory_bytes <= $1 AND due_us ");

@@ -43,14 +43,14 @@ absl::Status StatusOf(const absl::StatusOr<T>& result) {
   return result.status();
 }
 
-absl::Status IsNeededBy(const std::string& subject, const std::string& job) {
+absl::Status NeededByError(const std::string& subject, const std::string& job) {
   return absl::FailedPreconditionError(
       absl::StrCat(subject, " is needed by job '", job, "', which is not done"));
 }
 
 absl::Status CheckDone(Sql& sql, const std::string& subject) {
   LB_ASSIGN_OR_RETURN(const std::string job, FindUnfinishedJobOf(sql, subject));
-  return job.empty() ? absl::OkStatus() : IsNeededBy(subject, job);
+  return job.empty() ? absl::OkStatus() : NeededByError(subject, job);
 }
 
 absl::Status CheckUnneeded(Sql& sql, const std::string& animation) {
@@ -62,11 +62,11 @@ absl::Status CheckUnneeded(Sql& sql, const std::string& animation) {
   }
   LB_ASSIGN_OR_RETURN(const std::string import,
                       FindUnfinishedJobOf(sql, absl::StrCat("animations/", animation)));
-  if (!import.empty()) return IsNeededBy(subject, import);
+  if (!import.empty()) return NeededByError(subject, import);
   LB_ASSIGN_OR_RETURN(const std::vector<pb::JobRecord> jobs, FindUnfinishedRegistrations(sql));
   for (const pb::JobRecord& job : jobs) {
     const std::vector<std::string> ids = AnimationsOf(job);
-    if (std::count(ids.begin(), ids.end(), animation) > 0) return IsNeededBy(subject, job.id());
+    if (std::count(ids.begin(), ids.end(), animation) > 0) return NeededByError(subject, job.id());
   }
   return absl::OkStatus();
 }
