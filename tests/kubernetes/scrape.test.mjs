@@ -28,14 +28,15 @@ const asListed = ({ name, component, phase, ip }) => ({
   },
 });
 
-// The labels of the targets that are left.
+// The labels of the targets that are left, by address: promtool has them in any order.
 function targets(job) {
   const scratch = mkdtempSync(`${tmpdir()}/scrape-`);
   try {
     writeFileSync(`${scratch}/prometheus.yml`, stringify({ scrape_configs: [job] }));
     const found = execFileSync(process.env.PROMTOOL ?? 'promtool', ['check', 'service-discovery',
       '--timeout=1s', `${scratch}/prometheus.yml`, job.job_name], { encoding: 'utf8' });
-    return JSON.parse(found).map(({ labels }) => labels).filter(({ __address__ }) => __address__);
+    return JSON.parse(found).map(({ labels }) => labels).filter(({ __address__ }) => __address__)
+      .sort((a, b) => (a.__address__ < b.__address__ ? -1 : 1));
   } finally {
     rmSync(scratch, { recursive: true });
   }
