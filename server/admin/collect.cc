@@ -12,6 +12,7 @@
 #include "core/base/random_id.h"
 #include "core/base/status_macros.h"
 #include "core/base/steady_cond_var.h"
+#include "server/admin/catalog_mark.h"
 
 namespace liquidblend::admin {
 namespace {
@@ -77,21 +78,45 @@ class References {
   explicit References(store::Catalog& catalog) : catalog_(catalog) {}
 
   absl::StatusOr<bool> Contain(const store::BlobId& id) {
-    if (base::Since(read_at_) >= fresh_for_) {
-      const base::SteadyClock::time_point begin = base::SteadyClock::now();
-      LB_ASSIGN_OR_RETURN(ids_, catalog_.ListReferencedBlobs());
-      read_at_ = base::SteadyClock::now();
-      fresh_for_ = std::max(kFreshness, kFreshnessPerRead * base::Since(begin));
-    }
-    return std::binary_search(ids_.begin(), ids_.end(), id);
+    if (base::Since(read_at_) >= fresh_for_) LB_RETURN_IF_ERROR(Read());
+    return Has(id);
+  }
+
+  absl::StatusOr<bool> ContainAnyOf(const std::vector<store::BlobInfo>& blobs) {
+    LB_RETURN_IF_ERROR(Read());
+    return std::any_of(blobs.begin(), blobs.end(),
+                       [&](const store::BlobInfo& blob) { return Has(blob.id); });
   }
 
  private:
+  absl::Status Read() {
+    const base::SteadyClock::time_point begin = base::SteadyClock::now();
+    LB_ASSIGN_OR_RETURN(ids_, catalog_.ListReferencedBlobs());
+    read_at_ = base::SteadyClock::now();
+    fresh_for_ = std::max(kFreshness, kFreshnessPerRead * base::Since(begin));
+    return absl::OkStatus();
+  }
+
+  bool Has(const store::BlobId& id) const {
+    return std::binary_search(ids_.begin(), ids_.end(), id);
+  }
+
   store::Catalog& catalog_;
   std::vector<std::string> ids_;
   base::SteadyClock::time_point read_at_;
   absl::Duration fresh_for_ = absl::ZeroDuration();
 };
+
+absl::Status CheckBlobsAreOurs(store::Catalog& catalog, store::BlobStore& blobs,
+                               const Listing& listing, absl::Time newest, References& references,
+                               const CollectOptions& options) {
+  MarkOptions mark = {.is_forced = options.adopt, .dry_run = options.dry_run};
+  LB_ASSIGN_OR_RETURN(mark.may_mark, references.ContainAnyOf(listing.blobs));
+  if (listing.blobs.empty()) mark.may_mark = true;
+  mark.has_old = std::any_of(listing.blobs.begin(), listing.blobs.end(),
+                             [&](const auto& blob) { return blob.modified <= newest; });
+  return CheckMark(catalog, blobs, mark);
+}
 
 }  // namespace
 
@@ -109,13 +134,14 @@ absl::Status CollectOptions::Validate() const {
 absl::StatusOr<CollectReport> Collect(store::Catalog& catalog, store::BlobStore& blobs,
                                       const CollectOptions& options) {
   LB_RETURN_IF_ERROR(options.Validate());
+  LB_ASSIGN_OR_RETURN(const Listing listing, ListWithClock(blobs));
+  const absl::Time newest = listing.now - options.older_than;
+  References references(catalog);
+  LB_RETURN_IF_ERROR(CheckBlobsAreOurs(catalog, blobs, listing, newest, references, options));
   CollectReport report;
   LB_ASSIGN_OR_RETURN(report.num_pruned, catalog.PruneHistory({.keep = options.keep_history,
                                                                .dry_run = options.dry_run,
                                                                .must_stop = options.must_stop}));
-  LB_ASSIGN_OR_RETURN(const Listing listing, ListWithClock(blobs));
-  const absl::Time newest = listing.now - options.older_than;
-  References references(catalog);
   for (const store::BlobInfo& blob : listing.blobs) {
     if (options.must_stop && options.must_stop()) break;
     LB_ASSIGN_OR_RETURN(const bool is_needed, references.Contain(blob.id));

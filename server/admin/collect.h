@@ -19,8 +19,9 @@ struct CollectOptions {
   absl::Duration older_than = absl::Hours(24);
   absl::Duration keep_history = absl::Hours(24 * 30);  // >= 0; of ended jobs; 0: for ever
   bool dry_run = false;                                // only count
-  std::function<bool()> must_stop = {};                // asked before each deletion; empty: never
-  absl::Status Validate() const;  // names the first field out of range, and its value
+  bool adopt = false;  // the blobs become this catalog's, whatever their mark says
+  std::function<bool()> must_stop = {};  // asked before each deletion; empty: never
+  absl::Status Validate() const;         // names the first field out of range, and its value
 };
 
 struct CollectReport {
@@ -32,12 +33,12 @@ struct CollectReport {
   int64_t num_uploads = 0;  // abandoned multipart uploads; not counted in a dry run
 };
 
-// First deletes the records of jobs that ended longer ago than keep_history, by the catalog's
-// clock. Then deletes the blobs that no record and no unfinished job refers to and that were last
-// committed longer ago than older_than, by the store's own clock. Aborts multipart uploads of the
-// same age; a failure to list them is only logged. Any number of collections may run at once, on
-// any machines, beside everything else (docs/formats.md, "Collecting garbage", says why). Errors:
-// those of the stores. Threads: safe.
+// First checks that the blobs are this catalog's, see CheckMark(). Then deletes the records of jobs
+// that ended longer ago than keep_history, by the catalog's clock. Then deletes the blobs that no
+// record and no unfinished job refers to and that were last committed longer ago than older_than,
+// by the store's own clock. Aborts multipart uploads of the same age; a failure to list them is
+// only logged. Any number of collections may run at once, on any machines, beside everything else
+// (docs/formats.md, "Collecting garbage", says why). Errors: those of the stores. Threads: safe.
 absl::StatusOr<CollectReport> Collect(store::Catalog& catalog, store::BlobStore& blobs,
                                       const CollectOptions& options = {});
 

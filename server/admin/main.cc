@@ -42,6 +42,7 @@ struct Flags {
   bool json = false;
   bool repair = false;
   bool dry_run = false;
+  bool adopt = false;
   std::string older_than = "24h";
   std::string keep_history = "30d";
   std::string place;  // of an export
@@ -84,6 +85,7 @@ absl::StatusOr<int> RunCheck(const Flags& flags) {
 absl::StatusOr<int> RunCollect(const Flags& flags) {
   CollectOptions options;
   options.dry_run = flags.dry_run;
+  options.adopt = flags.adopt;
   LB_ASSIGN_OR_RETURN(options.older_than,
                       server::ParseDurationFlag("--older-than", flags.older_than));
   LB_ASSIGN_OR_RETURN(options.keep_history,
@@ -211,6 +213,9 @@ void AddCommands(CLI::App& app, Flags& flags, Command& chosen) {
       ->capture_default_str();
   server::AddHistoryFlag(collect, flags.keep_history);
   collect.add_flag("--dry-run", flags.dry_run, "Only count them");
+  collect.add_flag("--adopt", flags.adopt,
+                   "The blobs belong to this catalog, even if they were another's, whose own are "
+                   "deleted");
   CLI::App& exports =
       AddCommand(app, flags, "export",
                  "Write everything into a directory, or as a tar archive to standard output (-); "

@@ -7,8 +7,11 @@ namespace {
 
 using store::Succeeds;
 
+// A store whose blobs are marked as the catalog's.
 class CollectorTest : public admin::AdminTest {
  protected:
+  CollectorTest() { EXPECT_THAT(data_.blobs().WriteCatalogId(*data_.catalog().Id()), Succeeds()); }
+
   metrics::Metrics metrics_;
 };
 

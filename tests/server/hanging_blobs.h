@@ -60,6 +60,8 @@ class HangingBlobs final : public store::BlobStore {
     return Await().Quarantine(id);
   }
   absl::StatusOr<std::vector<store::BlobInfo>> List() override { return Await().List(); }
+  absl::StatusOr<std::string> ReadCatalogId() override { return Await().ReadCatalogId(); }
+  absl::Status WriteCatalogId(const std::string& id) override { return Await().WriteCatalogId(id); }
   absl::StatusOr<store::DirectUpload> PresignUpload(const store::BlobId& content, int64_t,
                                                     absl::Duration) override {
     Await();

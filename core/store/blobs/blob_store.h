@@ -70,6 +70,8 @@ struct DirectUpload {
   std::string multipart_id;  // of the store, not for clients; empty: of one part
 };
 
+inline constexpr int64_t kMaxCatalogIdBytes = 256;
+
 // A store of blobs. Threads: safe; processes: safe. Errors as BlobWriter's, and those given.
 class BlobStore {
  public:
@@ -99,6 +101,12 @@ class BlobStore {
   virtual absl::StatusOr<std::string> Quarantine(const BlobId& id) = 0;
   // Lists all blobs in the order of their ids, files of uploads last.
   virtual absl::StatusOr<std::vector<BlobInfo>> List() = 0;
+
+  // The mark of the catalog whose blobs these are (Catalog::Id()); empty: there is none. Programs
+  // of 0.2.0 leave it alone.
+  virtual absl::StatusOr<std::string> ReadCatalogId() = 0;
+  // Marks the store, durably, also if it has another mark.
+  virtual absl::Status WriteCatalogId(const std::string& id) = 0;
 
   // Removes local copies of remote blobs, the least recently used ones first, until `free_bytes`
   // are free on their disk; removes none if that would not suffice.

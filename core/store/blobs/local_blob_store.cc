@@ -205,7 +205,36 @@ class LocalBlobStore : public BlobStore {
     return blobs;
   }
 
+  absl::StatusOr<std::string> ReadCatalogId() override {
+    const absl::StatusOr<base::FileHandle> file =
+        base::OpenFile(catalog_id_path(), O_RDONLY | O_NOFOLLOW);
+    if (absl::IsNotFound(file.status())) return std::string();
+    LB_RETURN_IF_ERROR(file.status());
+    LB_ASSIGN_OR_RETURN(const size_t size, base::SizeOfFile(*file, catalog_id_path()));
+    if (size == 0 || size > size_t{kMaxCatalogIdBytes}) {
+      return absl::DataLossError(
+          absl::StrCat(catalog_id_path(), " has ", size, " bytes, which is no id"));
+    }
+    std::string id;
+    LB_RETURN_IF_ERROR(base::ReadAll(*file, size, catalog_id_path(), [&](auto bytes) {
+      id.append(reinterpret_cast<const char*>(bytes.data()), bytes.size());
+    }));
+    return id;
+  }
+
+  absl::Status WriteCatalogId(const std::string& id) override {
+    LB_ASSIGN_OR_RETURN(const TemporaryFile temporary, CreateTemporaryFile(tmp()));
+    LB_RETURN_IF_ERROR(base::WriteAll(
+        temporary.file, std::as_bytes(std::span(id.data(), id.size())), temporary.path));
+    LB_RETURN_IF_ERROR(base::Sync(temporary.file, temporary.path));
+    if (rename(temporary.path.c_str(), catalog_id_path().c_str()) != 0) {
+      return base::ErrnoStatus(errno, "rename to", catalog_id_path());
+    }
+    return base::SyncDirectory(directory_);
+  }
+
  private:
+  std::string catalog_id_path() const { return absl::StrCat(directory_, "/catalog-id"); }
   std::string tmp() const { return absl::StrCat(directory_, "/tmp"); }
 
   absl::StatusOr<std::unique_ptr<BlobWriter>> CreateNamed(NewBlobName name) {

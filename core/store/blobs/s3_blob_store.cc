@@ -25,6 +25,7 @@ namespace {
 constexpr char kBlobs[] = "blobs/";
 constexpr char kUploads[] = "uploads/";
 constexpr char kQuarantine[] = "quarantine/";
+constexpr char kCatalogId[] = "catalog-id";
 constexpr int kMaxDownloads = 2;     // of a blob that arrives damaged
 constexpr int kMaxEmptyPages = 100;  // of a list, one after another
 
@@ -205,6 +206,24 @@ class S3BlobStore : public BlobStore {
     LB_RETURN_IF_ERROR(ListBelow(kUploads, uploads));
     blobs.insert(blobs.end(), uploads.begin(), uploads.end());
     return blobs;
+  }
+
+  absl::StatusOr<std::string> ReadCatalogId() override {
+    const absl::StatusOr<S3Object> object = shared_->s3->Find(kCatalogId);
+    if (absl::IsNotFound(object.status())) return std::string();
+    LB_RETURN_IF_ERROR(object.status());
+    if (object->size_bytes == 0 || object->size_bytes > kMaxCatalogIdBytes) {
+      return absl::DataLossError(absl::StrCat(shared_->s3->NameOf(kCatalogId), " has ",
+                                              object->size_bytes, " bytes, which is no id"));
+    }
+    const S3Client::Range whole = {0, object->size_bytes};
+    LB_ASSIGN_OR_RETURN(const std::vector<std::string> parts,
+                        shared_->s3->Get(kCatalogId, {&whole, 1}));
+    return parts[0];
+  }
+
+  absl::Status WriteCatalogId(const std::string& id) override {
+    return shared_->s3->Put(kCatalogId, std::as_bytes(std::span(id.data(), id.size())));
   }
 
   absl::StatusOr<DirectUpload> PresignUpload(const BlobId& content, int64_t size_bytes,

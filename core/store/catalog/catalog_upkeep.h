@@ -67,6 +67,10 @@ class CatalogUpkeep {
  public:
   virtual ~CatalogUpkeep() = default;
 
+  // The id of this catalog, random and for ever; a copy of the database has the same.
+  // Errors: kFailedPrecondition if there is none yet: the owner of its tables has not opened it.
+  virtual absl::StatusOr<std::string> Id() = 0;
+
   // The published version of each family, 0 if it has none yet; shows changes by other programs.
   // Cost: one query; meant for every second.
   virtual absl::StatusOr<std::map<std::string, int64_t>> ListFamilyVersions() = 0;

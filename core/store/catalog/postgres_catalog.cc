@@ -111,6 +111,10 @@ constexpr char kPostgresUses[] = R"sql(
     family TEXT COLLATE "C" NOT NULL, day BIGINT NOT NULL, num_frames BIGINT NOT NULL,
     PRIMARY KEY (family, day));
 )sql";
+constexpr char kPostgresId[] = R"sql(
+  CREATE TABLE catalog_id (id TEXT NOT NULL);
+  INSERT INTO catalog_id SELECT replace(gen_random_uuid()::text, '-', '');
+)sql";
 constexpr char kPostgresIndexes[] = R"sql(
   CREATE INDEX IF NOT EXISTS jobs_queued_by_turn ON jobs (priority DESC, turn, number, memory_bytes)
     WHERE state = 1;
@@ -168,6 +172,22 @@ absl::Status AddUses(PostgresConnection& sql) {
   return num_there > 0 ? absl::OkStatus() : sql.RunScript(kPostgresUses);
 }
 
+// Adds the catalog's id if it is missing. Garbage collection alone needs it, so a user who may not
+// add it (only the owner of the tables may) is no error.
+absl::Status AddId(PostgresConnection& sql) {
+  LB_ASSIGN_OR_RETURN(int64_t num_there, CountTables(sql, " AND relname = 'catalog_id'"));
+  if (num_there > 0) return absl::OkStatus();
+  const absl::Status added = sql.Transaction([&]() -> absl::Status {
+    LB_RETURN_IF_ERROR(sql.Run("SELECT pg_advisory_xact_lock($1)", {kMigrationLock}));
+    LB_ASSIGN_OR_RETURN(num_there, CountTables(sql, " AND relname = 'catalog_id'"));
+    return num_there > 0 ? absl::OkStatus() : sql.RunScript(kPostgresId);
+  });
+  if (!absl::IsPermissionDenied(added)) return added;
+  base::LogWarning(absl::StrCat(
+      "no garbage is collected until the owner of the tables adds its id: ", added.message()));
+  return absl::OkStatus();
+}
+
 // Whether all tables are there and of this version. Takes no lock: a thousand workers that start at
 // once need not wait for each other.
 absl::StatusOr<bool> HasTables(PostgresConnection& sql) {
@@ -219,6 +239,7 @@ class PostgresBackend : public SqlBackend {
   absl::Status Prepare() {
     return pool_.Use([](PostgresConnection& sql) -> absl::Status {
       LB_RETURN_IF_ERROR(MakeTables(sql));
+      LB_RETURN_IF_ERROR(AddId(sql));
       return MakeIndexes(sql);
     });
   }

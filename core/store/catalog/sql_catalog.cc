@@ -153,6 +153,10 @@ class SqlCatalog : public Catalog {
   absl::StatusOr<std::vector<HeldJob>> ListUnfinishedJobs() override {
     return Read([&](Sql& sql) { return store::ListUnfinishedJobs(sql); });
   }
+  absl::StatusOr<std::string> Id() override {
+    return Read([](Sql& sql) { return FindCatalogId(sql); });
+  }
+
   absl::StatusOr<CatalogInspection> Inspect() override {
     LB_ASSIGN_OR_RETURN(CatalogInspection inspection,
                         ReadSnapshot([](Sql& sql) { return InspectTables(sql); }));

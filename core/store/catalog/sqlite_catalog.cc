@@ -88,6 +88,9 @@ constexpr char kSqliteAdditions[] = R"sql(
   CREATE TABLE IF NOT EXISTS family_uses (
     family TEXT NOT NULL, day INTEGER NOT NULL, num_frames INTEGER NOT NULL,
     PRIMARY KEY (family, day)) STRICT, WITHOUT ROWID;
+  CREATE TABLE IF NOT EXISTS catalog_id (id TEXT NOT NULL) STRICT;
+  INSERT INTO catalog_id SELECT lower(hex(randomblob(16)))
+    WHERE NOT EXISTS (SELECT * FROM catalog_id);
   CREATE INDEX IF NOT EXISTS jobs_queued_by_turn ON jobs (priority DESC, turn, number, memory_bytes)
     WHERE state = 1;
   CREATE INDEX IF NOT EXISTS jobs_queued_by_due ON jobs (due_us, memory_bytes) WHERE state = 1;

@@ -161,6 +161,19 @@ absl::Status Add(const std::string& what, const std::string& name, Names& names)
 
 }  // namespace
 
+absl::StatusOr<std::string> FindCatalogId(Sql& sql) {
+  std::string id;
+  const absl::Status found = sql.Run("SELECT id FROM catalog_id", {}, [&](const SqlRow& row) {
+    id = row.String(0);
+    return absl::OkStatus();
+  });
+  if (found.ok() && !id.empty()) return id;
+  if (!found.ok() && !absl::IsInternal(found)) return found;  // without the table it is internal
+  return absl::FailedPreconditionError(absl::StrCat(
+      "database ", sql.name(),
+      " has no id: start a program of this version as the owner of its tables; ", found.message()));
+}
+
 absl::StatusOr<std::map<std::string, int64_t>> ListFamilyVersions(Sql& sql) {
   std::map<std::string, int64_t> versions;
   LB_RETURN_IF_ERROR(sql.Run("SELECT id, version FROM families", {}, [&](const SqlRow& row) {

@@ -14,6 +14,8 @@
 
 namespace liquidblend::store {
 
+// See CatalogUpkeep::Id().
+absl::StatusOr<std::string> FindCatalogId(Sql& sql);
 // See CatalogUpkeep for these.
 absl::StatusOr<std::map<std::string, int64_t>> ListFamilyVersions(Sql& sql);
 absl::StatusOr<std::vector<HeldJob>> ListUnfinishedJobs(Sql& sql);

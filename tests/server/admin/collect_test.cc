@@ -14,8 +14,11 @@ using testing::ElementsAre;
 using testing::IsEmpty;
 using testing::UnorderedElementsAre;
 
+// A store whose collector has run before.
 class CollectTest : public AdminTest {
  protected:
+  CollectTest() { EXPECT_THAT(data_.blobs().WriteCatalogId(*data_.catalog().Id()), Succeeds()); }
+
   CollectReport MustCollect(const CollectOptions& options = {}) {
     const auto report = Collect(data_.catalog(), data_.blobs(), options);
     EXPECT_THAT(report, Succeeds());
@@ -160,10 +163,72 @@ TEST_F(CollectTest, ReferencesAreReadAgainAndIfThatTakesLongRarely) {
   EXPECT_EQ(num_lists(absl::Milliseconds(1100)), 1);
 }
 
+// ---- catalogs of other blobs
+
+class MarkTest : public AdminTest {
+ protected:
+  MarkTest() {
+    for (const store::BlobId& id : data_.Present()) Age(id, std::chrono::hours(25));
+  }
+
+  const store::BlobId animation_ = data_.MakeAnimation("a");
+  // A new and empty catalog, as of a mistyped or lost database.
+  const std::unique_ptr<store::Catalog> other_ =
+      *store::OpenSqliteCatalog(folder_.path() + "/other.sqlite");
+};
+
+TEST_F(MarkTest, ACatalogWithoutRecordsDeletesNoBlobsOfAnother) {
+  ASSERT_THAT(Collect(data_.catalog(), data_.blobs()), Succeeds());
+  EXPECT_EQ(*data_.blobs().ReadCatalogId(), *data_.catalog().Id());
+  EXPECT_THAT(Collect(*other_, data_.blobs()),
+              Fails(absl::StatusCode::kFailedPrecondition,
+                    "the blobs belong to the catalog " + *data_.catalog().Id()));
+  EXPECT_THAT(data_.Present(), ElementsAre(animation_));
+}
+
+TEST_F(MarkTest, WithoutAMarkBlobsThatTheCatalogDoesNotKnowStay) {
+  const auto collected = Collect(*other_, data_.blobs());
+  EXPECT_THAT(collected, Fails(absl::StatusCode::kFailedPrecondition, "refers to none"));
+  EXPECT_EQ(*data_.blobs().ReadCatalogId(), "");
+  EXPECT_EQ(data_.Present().size(), 2);  // with its upload
+  EXPECT_THAT(Collect(data_.catalog(), data_.blobs()), Succeeds());
+}
+
+TEST_F(MarkTest, ANewStoreIsMarkedBeforeItHasBlobs) {
+  store::TemporaryFolder folder;
+  const auto blobs = *store::OpenLocalBlobStore(folder.path());
+  ASSERT_THAT(Collect(*other_, *blobs, {.dry_run = true}), Succeeds());
+  EXPECT_EQ(*blobs->ReadCatalogId(), "");
+  ASSERT_THAT(Collect(*other_, *blobs), Succeeds());
+  EXPECT_EQ(*blobs->ReadCatalogId(), *other_->Id());
+}
+
+TEST_F(MarkTest, AnUploadThatIsUnderWayInANewStoreIsNoFaultAndNoProof) {
+  store::TemporaryFolder folder;
+  const auto blobs = *store::OpenLocalBlobStore(folder.path());
+  ASSERT_THAT(store::PutBlob(*blobs, AsBytes(std::string("under way"))), Succeeds());
+  EXPECT_THAT(Collect(*other_, *blobs), Succeeds());
+  EXPECT_EQ(*blobs->ReadCatalogId(), "");
+}
+
+TEST_F(MarkTest, TheOperatorMayGiveTheBlobsToAnotherCatalog) {
+  ASSERT_THAT(Collect(data_.catalog(), data_.blobs()), Succeeds());
+  const auto adopted = Collect(*other_, data_.blobs(), {.adopt = true});
+  ASSERT_THAT(adopted, Succeeds());
+  EXPECT_EQ(adopted->num_deleted, 1);
+  EXPECT_THAT(data_.Present(), IsEmpty());
+  EXPECT_THAT(Collect(data_.catalog(), data_.blobs()),
+              Fails(absl::StatusCode::kFailedPrecondition, *other_->Id()));
+}
+
 // ---- listings that lag behind
 
 class LaggingCollectTest : public testing::Test {
  protected:
+  LaggingCollectTest() {
+    EXPECT_THAT(store_.blobs->WriteCatalogId(*store_.catalog->Id()), Succeeds());
+  }
+
   store::FakeS3 s3_;
   store::TemporaryFolder folder_;
   const store::Store store_ = OpenFakeS3Store(s3_, folder_.path());
@@ -177,7 +242,7 @@ TEST_F(LaggingCollectTest, AListingThatLagsIsAskedForAgain) {
   const auto report = Collect(*store_.catalog, *store_.blobs, options);
   ASSERT_THAT(report, Succeeds());
   EXPECT_EQ(report->num_deleted, 1);
-  EXPECT_TRUE(s3_.Objects().empty());
+  EXPECT_EQ(s3_.Objects().size(), 1);  // the mark
 }
 
 // A program that is killed while it sends parts leaves them, as does a client with urls.
@@ -210,7 +275,7 @@ TEST_F(LaggingCollectTest, NothingIsCollectedByAListingThatKeepsLagging) {
   options.older_than = absl::ZeroDuration();
   EXPECT_THAT(Collect(*store_.catalog, *store_.blobs, options),
               Fails(absl::StatusCode::kUnavailable, "not in the list"));
-  EXPECT_EQ(s3_.Objects().size(), 1);  // the probe is gone
+  EXPECT_EQ(s3_.Objects().size(), 2);  // and the mark; the probe is gone
 }
 
 }  // namespace

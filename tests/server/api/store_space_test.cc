@@ -137,6 +137,8 @@ class RoomyBlobs : public store::BlobStore {
     return blobs_.Quarantine(id);
   }
   absl::StatusOr<std::vector<store::BlobInfo>> List() override { return blobs_.List(); }
+  absl::StatusOr<std::string> ReadCatalogId() override { return blobs_.ReadCatalogId(); }
+  absl::Status WriteCatalogId(const std::string& id) override { return blobs_.WriteCatalogId(id); }
   absl::Status MakeRoom(int64_t free_bytes) override {
     asked.push_back(free_bytes);
     return absl::OkStatus();

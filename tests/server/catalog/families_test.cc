@@ -53,6 +53,8 @@ class CountingBlobs : public store::BlobStore {
     return blobs_->Quarantine(id);
   }
   absl::StatusOr<std::vector<store::BlobInfo>> List() override { return blobs_->List(); }
+  absl::StatusOr<std::string> ReadCatalogId() override { return blobs_->ReadCatalogId(); }
+  absl::Status WriteCatalogId(const std::string& id) override { return blobs_->WriteCatalogId(id); }
 
   std::atomic<int> num_opened = 0;
   std::function<void()> before_open;  // once

@@ -28,6 +28,7 @@ class CountingCatalog : public store::Catalog {
   absl::StatusOr<std::vector<store::HeldJob>> ListUnfinishedJobs() override {
     return catalog_.ListUnfinishedJobs();
   }
+  absl::StatusOr<std::string> Id() override { return catalog_.Id(); }
   absl::StatusOr<store::CatalogInspection> Inspect() override { return catalog_.Inspect(); }
   absl::Status Import(const store::CatalogContents& contents) override {
     return catalog_.Import(contents);

@@ -174,6 +174,14 @@ TEST_P(BlobStoreSuite, SaysWhichBlobIsMissing) {
   }
 }
 
+TEST_P(BlobStoreSuite, KeepsTheMarkOfACatalogApartFromBlobs) {
+  EXPECT_EQ(*blobs_->ReadCatalogId(), "");
+  ASSERT_THAT(blobs_->WriteCatalogId("one"), Succeeds());
+  ASSERT_THAT(blobs_->WriteCatalogId("two"), Succeeds());
+  EXPECT_EQ(*backend_->Open()->ReadCatalogId(), "two");
+  EXPECT_THAT(ListIds(), ::testing::IsEmpty());
+}
+
 TEST_P(BlobStoreSuite, RefusesWhatIsNoBlobId) {
   for (const std::string id :
        {"", "water", "../../etc/passwd", "xxh3-", "xxh3-0000000000000000000000000000000",

@@ -46,6 +46,8 @@ class HookedBlobs : public BlobStore {
     return blobs_->Quarantine(id);
   }
   absl::StatusOr<std::vector<BlobInfo>> List() override { return blobs_->List(); }
+  absl::StatusOr<std::string> ReadCatalogId() override { return blobs_->ReadCatalogId(); }
+  absl::Status WriteCatalogId(const std::string& id) override { return blobs_->WriteCatalogId(id); }
 
   std::function<absl::Status()> on_open, on_create;  // on_open: one call at a time
   std::function<void(const BlobId&)> after_open;

@@ -12,6 +12,13 @@ using ::testing::ElementsAre;
 using ::testing::IsEmpty;
 using ::testing::Pair;
 
+TEST_P(CatalogSuite, HasAnIdForEver) {
+  const auto id = catalog_->Id();
+  ASSERT_THAT(id, Succeeds());
+  EXPECT_EQ(id->size(), 32);
+  EXPECT_EQ(*backend_->Open(Options())->Id(), *id);
+}
+
 TEST_P(CatalogSuite, TellsTheVersionsOfItsFamilies) {
   EXPECT_THAT(*catalog_->ListFamilyVersions(), IsEmpty());
   for (const std::string id : {"a", "b"}) MakeAnimation(id);

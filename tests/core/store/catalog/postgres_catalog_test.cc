@@ -240,7 +240,10 @@ TEST_F(PostgresCatalogTest, RefusesTheCatalogOfANewerProgram) {
 TEST_F(PostgresCatalogTest, MakesAdditionsInADatabaseOfAProgramWithoutThem) {
   const auto old = MustOpen();
   Run("DROP TABLE family_uses");
+  Run("DROP TABLE catalog_id");
+  EXPECT_THAT(old->Id(), Fails(Code::kFailedPrecondition, "has no id"));
   EXPECT_THAT(MustOpen()->RecordFamilyUses({}), Succeeds());
+  EXPECT_THAT(old->Id(), Succeeds());
   for (const std::string index : {"jobs_queued_by_turn", "jobs_queued_by_due",
                                   "jobs_running_by_due", "jobs_unfinished_by_subject"}) {
     Run("DROP INDEX " + index);

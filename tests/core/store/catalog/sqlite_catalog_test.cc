@@ -147,11 +147,13 @@ TEST_F(SqliteCatalogTest, SeveralProcessesBringADatabaseUpToDateOnce) {
 // Programs of before know nothing of additions, and their version of the tables is this one's.
 TEST_F(SqliteCatalogTest, MakesAdditionsInADatabaseOfAProgramWithoutThem) {
   MustOpen();
-  ASSERT_THAT(OpenRaw()->RunScript("DROP TABLE family_uses; DROP INDEX jobs_queued_by_turn; "
+  ASSERT_THAT(OpenRaw()->RunScript("DROP TABLE family_uses; DROP TABLE catalog_id; "
+                                   "DROP INDEX jobs_queued_by_turn; "
                                    "DROP INDEX jobs_queued_by_due; DROP INDEX jobs_running_by_due; "
                                    "DROP INDEX jobs_unfinished_by_subject"),
               Succeeds());
   EXPECT_THAT(MustOpen()->RecordFamilyUses({}), Succeeds());
+  EXPECT_THAT(MustOpen()->Id(), Succeeds());
   EXPECT_THAT(MustOpen()->LeaseJob("one", absl::Minutes(1)), Succeeds());
   EXPECT_THAT(MustOpen()->SubmitImport(AnimationCalled("a"), ImportOf("a")), Succeeds());
   EXPECT_THAT(MustOpen()->DeleteAnimation("a"), Fails(Code::kFailedPrecondition, "is not done"));
