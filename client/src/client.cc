@@ -99,7 +99,7 @@ absl::StatusOr<std::vector<Family>> Client::ListFamilies() {
                          impl_->Call(&Impl::Service::ListFamilies, request));
     for (const v1::Family& family : page.families()) {
       impl_->known_versions.Note(family.name(), family.version());
-      families.push_back(client::FromProto(family));
+      LBC_ASSIGN_OR_RETURN(families.emplace_back(), client::FromProto(family));
     }
     request.set_page_token(page.next_page_token());
   } while (!request.page_token().empty());

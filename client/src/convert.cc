@@ -5,8 +5,10 @@
 
 #include <utility>
 
+#include "absl/strings/str_cat.h"
 #include "client/src/reason.h"
 #include "client/src/status.h"
+#include "client/src/status_macros.h"
 
 namespace liquidblend::client {
 namespace {
@@ -200,14 +202,35 @@ void ReadMetadata(const google::protobuf::Any& metadata, Operation* operation) {
   }
 }
 
-void ReadResponse(const google::protobuf::Any& response, Operation* operation) {
+absl::Status ReadResponse(const google::protobuf::Any& response, Operation* operation) {
   v1::Animation animation;
   v1::Family family;
   if (response.UnpackTo(&animation)) {
     operation->animation = FromProto(animation);
   } else if (response.UnpackTo(&family)) {
-    operation->family = FromProto(family);
+    LBC_ASSIGN_OR_RETURN(operation->family, FromProto(family));
   }
+  return absl::OkStatus();
+}
+
+// Callers index points by animation and values by name.
+absl::Status CheckPoints(const v1::Family& family) {
+  const v1::ParameterSpace& space = family.parameter_space();
+  if (space.points().empty() && space.names().empty()) return absl::OkStatus();
+  const auto invalid = [&](int found, const char* what, int expected) {
+    return absl::DataLossError(absl::StrCat("the server's answer about family '", family.name(),
+                                            "' has ", found, what, expected));
+  };
+  if (space.points_size() != 1 + family.targets_size()) {
+    return invalid(space.points_size(), " points, and its animations are ",
+                   1 + family.targets_size());
+  }
+  for (const v1::ParameterPoint& point : space.points()) {
+    if (point.values_size() == space.names_size()) continue;
+    return invalid(point.values_size(), " values at a point, and its parameters are ",
+                   space.names_size());
+  }
+  return absl::OkStatus();
 }
 
 ParameterSpace ToParameterSpace(const v1::ParameterSpace& proto) {
@@ -258,7 +281,8 @@ Animation FromProto(const v1::Animation& proto) {
   return animation;
 }
 
-Family FromProto(const v1::Family& proto) {
+absl::StatusOr<Family> FromProto(const v1::Family& proto) {
+  LBC_RETURN_IF_ERROR(CheckPoints(proto));
   Family family;
   family.name = proto.name();
   family.version = proto.version();
@@ -302,14 +326,14 @@ Family FromProto(const v1::Family& proto) {
   return family;
 }
 
-Operation FromProto(const google::longrunning::Operation& proto) {
+absl::StatusOr<Operation> FromProto(const google::longrunning::Operation& proto) {
   Operation operation;
   operation.name = proto.name();
   operation.done = proto.done();
   ReadMetadata(proto.metadata(), &operation);
   if (proto.has_error()) operation.result = FromProto(proto.error());
   operation.error_reason = ReasonOf(operation.result);
-  if (proto.has_response()) ReadResponse(proto.response(), &operation);
+  if (proto.has_response()) LBC_RETURN_IF_ERROR(ReadResponse(proto.response(), &operation));
   return operation;
 }
 

@@ -1,6 +1,7 @@
 // Messages of the API <-> the plain values of the public headers.
 #pragma once
 
+#include "absl/status/statusor.h"
 #include "google/longrunning/operations.pb.h"
 #include "liquidblend/animation.h"
 #include "liquidblend/family.h"
@@ -12,8 +13,10 @@
 namespace liquidblend::client {
 
 Animation FromProto(const v1::Animation& proto);
-Family FromProto(const v1::Family& proto);
-Operation FromProto(const google::longrunning::Operation& proto);
+// DATA_LOSS if the points in parameter space are not one of each animation, each of a value per
+// name.
+absl::StatusOr<Family> FromProto(const v1::Family& proto);
+absl::StatusOr<Operation> FromProto(const google::longrunning::Operation& proto);
 Frame FromProto(v1::Frame&& proto);
 
 v1::ImportOptions ToProto(const ImportOptions& options);

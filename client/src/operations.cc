@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <memory>
 #include <optional>
+#include <utility>
 
 #include "absl/strings/str_cat.h"
 #include "absl/time/clock.h"
@@ -38,7 +39,8 @@ absl::StatusOr<Operation> Client::GetOperation(const std::string& name) {
   const auto request = OperationRequest<google::longrunning::GetOperationRequest>(name);
   const auto operation = impl_->Call(&Impl::Operations::GetOperation, request);
   if (!operation.ok()) return LostSight(request.name(), operation.status());
-  return impl_->NoteVersion(client::FromProto(*operation));
+  LBC_ASSIGN_OR_RETURN(Operation found, client::FromProto(*operation));
+  return impl_->NoteVersion(std::move(found));
 }
 
 absl::StatusOr<std::vector<Operation>> Client::ListOperations() {
@@ -50,7 +52,8 @@ absl::StatusOr<std::vector<Operation>> Client::ListOperations() {
     LBC_ASSIGN_OR_RETURN(const google::longrunning::ListOperationsResponse page,
                          impl_->Call(&Impl::Operations::ListOperations, request));
     for (const google::longrunning::Operation& operation : page.operations()) {
-      operations.push_back(impl_->NoteVersion(client::FromProto(operation)));
+      LBC_ASSIGN_OR_RETURN(Operation found, client::FromProto(operation));
+      operations.push_back(impl_->NoteVersion(std::move(found)));
     }
     request.set_page_token(page.next_page_token());
   } while (!request.page_token().empty());
@@ -129,13 +132,17 @@ absl::StatusOr<Operation> Client::Impl::WatchAt(client::Server& server,
   google::longrunning::Operation message;
   while (stream->Read(&message)) {
     backoff.Reset();
-    Operation operation = NoteVersion(client::FromProto(message));
-    const bool go_on = !update || update(operation);
-    if (!operation.done && go_on) continue;
+    absl::StatusOr<Operation> operation = client::FromProto(message);
+    if (operation.ok()) {
+      operation = NoteVersion(*std::move(operation));
+      const bool go_on = !update || update(*operation);
+      if (!operation->done && go_on) continue;
+    }
     context.TryCancel();
     stream->Finish();  // says cancelled, which is known
-    if (!operation.done) return absl::CancelledError("stopped watching");
-    LBC_RETURN_IF_ERROR(AwaitOtherServers(operation, server));
+    LBC_RETURN_IF_ERROR(operation.status());
+    if (!operation->done) return absl::CancelledError("stopped watching");
+    LBC_RETURN_IF_ERROR(AwaitOtherServers(*operation, server));
     return operation;
   }
   const absl::Status status = client::FromGrpc(stream->Finish());

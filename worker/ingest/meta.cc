@@ -68,9 +68,13 @@ absl::Status CheckKeys(const json& object, const std::string& place,
   return absl::OkStatus();
 }
 
-// Text for messages, with invalid UTF-8 replaced.
+// Text for messages, with invalid UTF-8 replaced. Nested values are only named, since dump()
+// recurses and would use up the stack.
 std::string FormatJson(const json& value) {
   if (value.is_string()) return Quoted(value.get_ref<const std::string&>());
+  const bool is_nested = std::any_of(value.begin(), value.end(),
+                                     [](const json& inner) { return inner.is_structured(); });
+  if (is_nested) return absl::StrCat("a nested ", value.type_name());
   return Quoted(value.dump(-1, ' ', true, json::error_handler_t::replace));
 }
 

@@ -73,7 +73,8 @@ absl::Status WriteFile(const std::string& path, const std::string& bytes) {
 absl::Status MakeDirectory(const std::string& path) {
   std::error_code error;
   fs::create_directories(path, error);
-  if (!fs::is_directory(path)) {
+  std::error_code ignored;
+  if (!fs::is_directory(path, ignored)) {
     return absl::PermissionDeniedError(
         absl::StrCat(path, ": ", error ? error.message() : "exists and is not a folder",
                      "; choose a folder that you may write to"));

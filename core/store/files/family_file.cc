@@ -2,6 +2,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "core/base/status_macros.h"
+#include "core/mesh/option_ranges.h"
 #include "core/store/files/correspondence_records.h"
 #include "core/store/files/files.h"
 #include "core/store/files/parameter_records.h"
@@ -37,6 +38,12 @@ absl::Status CheckManifest(const SectionReader& reader, const v1::FamilyManifest
   if (manifest.reports_size() != manifest.targets_size()) {
     return reader.Invalid(absl::StrCat(manifest.reports_size(), " reports for ",
                                        manifest.targets_size(), " targets"));
+  }
+  // Each has a copy of the family's names and reports in memory, and none need have a section's
+  // bytes.
+  if (manifest.coarser_levels_size() > mesh::kCoarserLevels.max) {
+    return reader.Invalid(absl::StrCat(manifest.coarser_levels_size(),
+                                       " coarser levels, more than ", mesh::kCoarserLevels.max));
   }
   const int num_reports = manifest.space_time_reports_size();
   if (num_reports != 0 && num_reports != 1 + manifest.targets_size()) {

@@ -59,6 +59,13 @@ TEST(ReadMeta, RefusesUnitsThatAreAWord) {
               HasSubstr(R"(units is "cm", not an object such as {"vertex_scale": 0.01})"));
 }
 
+TEST(ReadMeta, ValuesThatAreNestedDeeplyDoNotUseUpTheStack) {
+  const std::string deep = std::string(30'000, '[') + std::string(30'000, ']');
+  EXPECT_EQ(Error("{\"fps\": " + deep + "}"), "fps is a nested array, not a number above 0");
+  EXPECT_EQ(Error("{\"units\": {\"vertices\": " + deep + ", \"vertex_scale\": 1}}"), "no error");
+  EXPECT_EQ(Error(R"({"domain_size_m": [1, 2]})"), "domain_size_m is \"[1,2]\", not three numbers");
+}
+
 TEST(ReadMeta, KnowsTheKeysOfTheSampleSimulations) {
   for (const char* name : {"A", "B", "MID"}) {
     std::ifstream file(paths::Source(absl::StrCat("tests/data/two_drops/", name, "/meta.json")));

@@ -55,6 +55,14 @@ TEST_F(Export, OfAServerThatKnowsNoVersionsByNumberIsRefused) {
   EXPECT_FALSE(std::filesystem::exists(Out()));
 }
 
+TEST_F(Export, SaysWhyAFolderCannotBeMade) {
+  const CommandResult result =
+      testing::RunLiquidblend({"--server", server_.target(), "export", "drops", "-w", "0.5", "-o",
+                               dir_.File(std::string(300, 'x'))});
+  EXPECT_EQ(result.exit_code, 1);
+  EXPECT_THAT(result.err, HasSubstr("File name too long; choose a folder that you may write to"));
+}
+
 TEST_F(Export, RefusesAFolderThatHoldsAnything) {
   Write("notes.txt", "mine");
   const CommandResult result = Run();

@@ -452,6 +452,18 @@ TEST(FamilyFile, RefusesLevelsAndVelocitiesThatDoNotFit) {
               Fails(Code::kInvalidArgument, "20 sections for 2 targets and 0 coarser"));
 }
 
+// A level takes 14 bytes of a file and, in memory, a copy of the family's names.
+TEST(FamilyFile, RefusesMoreLevelsThanAreEverMade) {
+  const auto with_levels = [](int num_levels) {
+    return Open(WithManifest<Manifest>(Written(Sample().Complete()), [&](Manifest& m) {
+      while (m.coarser_levels_size() < num_levels) m.add_coarser_levels();
+      while (m.sections_size() < 10 * (1 + num_levels)) m.add_sections();
+    }));
+  };
+  EXPECT_THAT(with_levels(6), Fails(Code::kInvalidArgument, "section"));
+  EXPECT_THAT(with_levels(7), Fails(Code::kInvalidArgument, "7 coarser levels, more than 6"));
+}
+
 TEST(FamilyFile, ViewsTheBlobAndKeepsIt) {
   auto blob = std::make_shared<MemoryBlob>(Whole());
   const std::weak_ptr<MemoryBlob> watch = blob;
