@@ -6,6 +6,7 @@
 #include "core/base/status_macros.h"
 #include "server/api/handlers.h"
 #include "server/api/import_animation.h"
+#include "server/api/measure_correspondences.h"
 #include "server/base/guarded.h"
 #include "server/base/names.h"
 #include "server/frames/backends.h"
@@ -134,6 +135,7 @@ class PooledApi final : public Api {
   // Lets a method begin that takes several steps or waits.
   absl::Status Begin(const Method& method, const std::shared_ptr<OpenCall>& call) {
     if (IsSame(method, kImportAnimation)) return BeginImport(call);
+    if (IsSame(method, kMeasureCorrespondences)) return BeginMeasurement(call);
     lro::WaitOperationRequest request;
     LB_RETURN_IF_ERROR(ReadRequest(*call, request));
     const auto watch = std::make_shared<OperationWatch>(backends_, request.name(), call->is_wanted);
@@ -146,16 +148,30 @@ class PooledApi final : public Api {
     return absl::OkStatus();
   }
 
+  // The end of a call whose method has an answer of this type.
+  template <typename Response>
+  static auto DoneOf(const std::shared_ptr<OpenCall>& call) {
+    return [call](absl::StatusOr<Response> response) {
+      Deliver([&] {
+        if (!response.ok()) return call->done(response.status());
+        call->done(std::make_unique<Response>(*std::move(response)));
+      });
+    };
+  }
+
   absl::Status BeginImport(const std::shared_ptr<OpenCall>& call) {
     v1::ImportAnimationRequest request;
     LB_RETURN_IF_ERROR(ReadRequest(*call, request));
     ImportAnimation(backends_, import_roots_, std::move(request), call->caller, call->is_wanted,
-                    [call](absl::StatusOr<lro::Operation> operation) {
-                      Deliver([&] {
-                        if (!operation.ok()) return call->done(operation.status());
-                        call->done(std::make_unique<lro::Operation>(*std::move(operation)));
-                      });
-                    });
+                    DoneOf<lro::Operation>(call));
+    return absl::OkStatus();
+  }
+
+  absl::Status BeginMeasurement(const std::shared_ptr<OpenCall>& call) {
+    v1::MeasureCorrespondencesRequest request;
+    LB_RETURN_IF_ERROR(ReadRequest(*call, request));
+    MeasureCorrespondences(backends_, request, call->caller, call->is_wanted,
+                           DoneOf<v1::MeasureCorrespondencesResponse>(call));
     return absl::OkStatus();
   }
 

@@ -2,7 +2,6 @@
 #include <utility>
 #include <vector>
 
-#include "absl/synchronization/notification.h"
 #include "core/base/status_macros.h"
 #include "core/parameters/triangulation.h"
 #include "core/store/files/parameter_records.h"
@@ -12,8 +11,6 @@
 #include "server/base/names.h"
 #include "server/base/paging.h"
 #include "server/frames/family_version.h"
-#include "server/frames/find_family.h"
-#include "server/frames/measure.h"
 
 namespace liquidblend::server {
 namespace {
@@ -48,28 +45,6 @@ absl::StatusOr<v1::Family> GetFamily(Backends& backends, const v1::GetFamilyRequ
   LB_ASSIGN_OR_RETURN(const store::pb::FamilyRecord record,
                       FindFamilyVersion(backends.catalog, id, request.version()));
   return WithKeptVersions(backends, record);
-}
-
-absl::StatusOr<v1::MeasureCorrespondencesResponse> MeasureCorrespondences(
-    Backends& backends, const v1::MeasureCorrespondencesRequest& request, const Caller& caller) {
-  LB_ASSIGN_OR_RETURN(const std::string id, FamilyId("family", request.family()));
-  if (request.version() < 0) return InvalidField("version", "must not be negative");
-  absl::StatusOr<catalog::FamilyPtr> found;
-  absl::Notification is_found;
-  FindFamily(backends, id, {request.version()}, [&](absl::StatusOr<catalog::FamilyPtr> result) {
-    found = std::move(result);
-    is_found.Notify();
-  });
-  is_found.WaitForNotification();
-  LB_RETURN_IF_ERROR(found.status());
-  LB_RETURN_IF_ERROR(CheckMeasurement(**found, request));
-  absl::StatusOr<v1::MeasureCorrespondencesResponse> response;
-  const int64_t cost = CostOfMeasurement(**found, request);
-  LB_RETURN_IF_ERROR(backends.frames.RunInTurn(caller.principal.key, cost, [&] {
-    response = Measure(**found, request);
-    return response.status();
-  }));
-  return response;
 }
 
 absl::StatusOr<v1::ListFamiliesResponse> ListFamilies(Backends& backends,

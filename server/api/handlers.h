@@ -60,11 +60,6 @@ absl::StatusOr<v1::Family> RollbackFamily(Backends& backends,
                                           const v1::RollbackFamilyRequest& request);
 absl::StatusOr<Empty> DeleteFamily(Backends& backends, const v1::DeleteFamilyRequest& request);
 
-// Waits for the family, and for its turn to compute.
-absl::StatusOr<v1::MeasureCorrespondencesResponse> MeasureCorrespondences(
-    Backends& backends, const v1::MeasureCorrespondencesRequest& request,
-    const Caller& caller = {});
-
 // operations.cc
 absl::StatusOr<lro::Operation> GetOperation(Backends& backends,
                                             const lro::GetOperationRequest& request);

@@ -58,7 +58,6 @@ constexpr UnaryMethod kUnaryMethods[] = {
     MethodOf<ListFamilies>(kListFamilies, &Backends::io),
     MethodOf<RollbackFamily>(kRollbackFamily, &Backends::io),
     MethodOf<DeleteFamily>(kDeleteFamily, &Backends::io),
-    MethodOf<MeasureCorrespondences>(kMeasureCorrespondences, &Backends::transfers),
     MethodOf<ListOperations>(kListOperations, &Backends::io),
     MethodOf<GetOperation>(kGetOperation, &Backends::io),
     MethodOf<DeleteOperation>(kDeleteOperation, &Backends::io),

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "absl/strings/str_cat.h"
@@ -178,33 +179,42 @@ absl::Status CheckMeasurement(const LoadedFamily& loaded,
   return violations.ToStatus();
 }
 
-int64_t CostOfMeasurement(const LoadedFamily& loaded,
-                          const v1::MeasureCorrespondencesRequest& request) {
-  const mesh::RegisteredFamily& family = loaded.family;
-  int64_t num_slices = 0;
-  for (const v1::Correspondence& pair : request.correspondences()) {
-    num_slices += 1 + static_cast<int64_t>(TimesOf(family, pair).size());
-  }
-  return num_slices * (family.num_cells() / std::max(1, family.num_frames) + 1);
+Measurement::Measurement(catalog::FamilyPtr loaded, v1::MeasureCorrespondencesRequest request)
+    : loaded_(std::move(loaded)), request_(std::move(request)) {
+  BeginPair();
 }
 
-absl::StatusOr<v1::MeasureCorrespondencesResponse> Measure(
-    const LoadedFamily& loaded, const v1::MeasureCorrespondencesRequest& request) {
-  const auto index = static_cast<size_t>(request.target_index());
-  const mesh::FamilyTarget& target = loaded.family.targets[index];
-  std::vector<double> weights(loaded.family.targets.size());
-  weights[index] = 1.0;
-  v1::MeasureCorrespondencesResponse response;
-  for (const v1::Correspondence& pair : request.correspondences()) {
-    Residual& residual = *response.add_residuals();
-    for (const double time_s : TimesOf(loaded.family, pair)) {
-      MeasureAt(loaded, target, pair, time_s, residual);
-    }
-    const Slice shown(loaded, weights, pair.target().time_s());
-    residual.set_target_distance_m(shown.Nearest(VectorOf(pair.target().position())).distance_m);
+void Measurement::BeginPair() {
+  if (is_over()) return;
+  times_s_ = TimesOf(loaded_->family, request_.correspondences(pair_));
+  num_measured_ = 0;
+  response_.add_residuals();
+}
+
+int64_t Measurement::StepCost() const {
+  const mesh::RegisteredFamily& family = loaded_->family;
+  return family.num_cells() / std::max(1, family.num_frames) + 1;
+}
+
+void Measurement::Step() {
+  const v1::Correspondence& pair = request_.correspondences(pair_);
+  Residual& residual = *response_.mutable_residuals(pair_);
+  const auto index = static_cast<size_t>(request_.target_index());
+  if (num_measured_ < times_s_.size()) {
+    MeasureAt(*loaded_, loaded_->family.targets[index], pair, times_s_[num_measured_++], residual);
+    return;
   }
-  LB_RETURN_IF_ERROR(loaded.CheckFile());
-  return response;
+  std::vector<double> weights(loaded_->family.targets.size());
+  weights[index] = 1.0;
+  const Slice shown(*loaded_, weights, pair.target().time_s());
+  residual.set_target_distance_m(shown.Nearest(VectorOf(pair.target().position())).distance_m);
+  ++pair_;
+  BeginPair();
+}
+
+absl::StatusOr<v1::MeasureCorrespondencesResponse> Measurement::TakeResponse() {
+  LB_RETURN_IF_ERROR(loaded_->CheckFile());
+  return std::move(response_);
 }
 
 }  // namespace liquidblend::server

@@ -49,16 +49,17 @@ struct UnaryCall {
   ByteBuffer* response;
 };
 
-// Lets the method's pool answer the call and finish the reactor, unless this fails.
+// Lets the method's pool answer the call and finish the reactor, unless this fails. The request is
+// parsed there, since one of 4 MiB may take 150 MiB as a message.
 absl::Status BeginAnswer(Backends& backends, const UnaryMethod& method,
                          const std::shared_ptr<Admission>& admission, const UnaryCall& call,
                          ServerUnaryReactor* reactor) {
   LB_RETURN_IF_ERROR(admission->verdict());
-  const std::shared_ptr<google::protobuf::Message> request = method.new_request();
-  LB_RETURN_IF_ERROR(admission->Read(*call.request, *request));
   return (backends.*method.pool).Post([=, &backends, &method] {
     const absl::Status status = Guarded([&]() -> absl::Status {
       LB_RETURN_IF_ERROR(CheckIsWanted(*call.context));
+      const MessagePtr request = method.new_request();
+      LB_RETURN_IF_ERROR(admission->Read(*call.request, *request));
       const Caller& caller = admission->caller();
       LB_ASSIGN_OR_RETURN(const MessagePtr response, method.handle(backends, *request, caller));
       *call.response = ToByteBuffer(response->SerializeAsString());
@@ -174,7 +175,11 @@ ServerUnaryReactor* LiquidBlendService::DeleteFamily(CallbackServerContext* cont
 ServerUnaryReactor* LiquidBlendService::MeasureCorrespondences(CallbackServerContext* context,
                                                                const ByteBuffer* request,
                                                                ByteBuffer* response) {
-  return Answer(backends_, interceptor_, kMeasureCorrespondences, {context, request, response});
+  std::shared_ptr<Admission> admission = interceptor_.Admit(*context, kMeasureCorrespondences);
+  auto asked = ReadRequest<v1::MeasureCorrespondencesRequest>(*admission, *request);
+  if (!asked.ok()) return Refuse<ServerUnaryReactor>(*admission, asked.status());
+  return server::MeasureCorrespondences(backends_, std::move(admission), *std::move(asked),
+                                        response);
 }
 
 grpc::ServerWriteReactor<ByteBuffer>* LiquidBlendService::WatchOperation(

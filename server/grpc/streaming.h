@@ -28,6 +28,12 @@ grpc::ServerUnaryReactor* ImportAnimation(Backends& backends, std::shared_ptr<Ad
                                           v1::ImportAnimationRequest request,
                                           grpc::ByteBuffer* response);
 
+// Measures slice by slice, before it answers.
+grpc::ServerUnaryReactor* MeasureCorrespondences(Backends& backends,
+                                                 std::shared_ptr<Admission> admission,
+                                                 v1::MeasureCorrespondencesRequest request,
+                                                 grpc::ByteBuffer* response);
+
 // Looks at the job every limits.watch_interval, less often while many are watched, and writes the
 // operation when it has changed. All calls for one operation share a look (operation_looks.h).
 grpc::ServerWriteReactor<grpc::ByteBuffer>* WatchOperation(

@@ -1,8 +1,13 @@
 // MeasureCorrespondences.
 #include "server/frames/measure.h"
 
+#include <atomic>
+#include <utility>
+
 #include "absl/strings/str_cat.h"
+#include "absl/synchronization/notification.h"
 #include "server/api/handlers.h"
+#include "server/api/measure_correspondences.h"
 #include "tests/server/backends_testing.h"
 
 namespace liquidblend::server::measure_test {
@@ -38,11 +43,35 @@ class MeasureTest : public RpcTest {
     return pair;
   }
 
+  absl::StatusOr<v1::MeasureCorrespondencesResponse> Measure(
+      const v1::MeasureCorrespondencesRequest& request, IsWanted is_wanted = [] { return true; }) {
+    absl::StatusOr<v1::MeasureCorrespondencesResponse> response;
+    absl::Notification is_done;
+    MeasureCorrespondences(backends_, request, Caller(), std::move(is_wanted),
+                           [&](absl::StatusOr<v1::MeasureCorrespondencesResponse> measured) {
+                             response = std::move(measured);
+                             is_done.Notify();
+                           });
+    is_done.WaitForNotification();
+    return response;
+  }
+
   absl::StatusOr<v1::MeasureCorrespondencesResponse> MeasureOf(const v1::Correspondence& pair) {
     v1::MeasureCorrespondencesRequest request;
     request.set_family("families/splash");
     *request.add_correspondences() = pair;
-    return MeasureCorrespondences(backends_, request);
+    return Measure(request);
+  }
+
+  // As many slices as a request may ask for.
+  v1::MeasureCorrespondencesRequest LongRequest() {
+    v1::MeasureCorrespondencesRequest request;
+    request.set_family("splash");
+    v1::Correspondence pair = Exact();
+    pair.set_kind(v1::Correspondence::SPACE);
+    pair.mutable_source()->set_time_s(0);
+    for (int k = 0; k < kMaxMeasured; ++k) *request.add_correspondences() = pair;
+    return request;
   }
 
   Backends backends_;
@@ -102,15 +131,43 @@ TEST_F(MeasureTest, MistakesAreNamed) {
   EXPECT_EQ(blamed(MeasureOf(pair).status()), "correspondences[0].length_s");
   v1::MeasureCorrespondencesRequest request;
   request.set_family("splash");
-  EXPECT_EQ(blamed(MeasureCorrespondences(backends_, request).status()), "correspondences");
+  EXPECT_EQ(blamed(Measure(request).status()), "correspondences");
   for (int k = 0; k <= kMaxMeasured; ++k) *request.add_correspondences() = Exact();
-  EXPECT_EQ(blamed(MeasureCorrespondences(backends_, request).status()), "correspondences");
+  EXPECT_EQ(blamed(Measure(request).status()), "correspondences");
   request.clear_correspondences();
   *request.add_correspondences() = Exact();
   request.set_target_index(1);
-  EXPECT_EQ(blamed(MeasureCorrespondences(backends_, request).status()), "target_index");
+  EXPECT_EQ(blamed(Measure(request).status()), "target_index");
   request.set_family("none");
-  EXPECT_TRUE(absl::IsNotFound(MeasureCorrespondences(backends_, request).status()));
+  EXPECT_TRUE(absl::IsNotFound(Measure(request).status()));
+}
+
+TEST_F(MeasureTest, EndsAtTheNextSliceWhenNobodyWantsItAnyMore) {
+  std::atomic<int> num_asked = 0;
+  const auto measured = Measure(LongRequest(), [&] { return ++num_asked <= 3; });
+  EXPECT_TRUE(absl::IsCancelled(measured.status())) << measured.status();
+  EXPECT_EQ(num_asked, 4);
+}
+
+TEST_F(MeasureTest, OthersHaveTheirTurnsBetweenItsSlices) {
+  absl::Notification other_transfer;
+  int num_asked = 0, num_asked_before_other = 0;
+  const auto measured = Measure(LongRequest(), [&] {
+    if (++num_asked > 1) return true;
+    FrameWork work;
+    work.client = "other";
+    work.run = [&] { num_asked_before_other = num_asked; };
+    EXPECT_TRUE(backends_.frames.Post(std::move(work), true).ok());
+    // Of the one thread there.
+    EXPECT_TRUE(backends_.transfers.Post([&] { other_transfer.Notify(); }).ok());
+    EXPECT_TRUE(other_transfer.WaitForNotificationWithTimeout(absl::Seconds(20)));
+    return true;
+  });
+  ASSERT_TRUE(measured.ok()) << measured.status();
+  EXPECT_EQ(measured->residuals_size(), kMaxMeasured);
+  EXPECT_GT(num_asked, 2 * kMaxMeasured);
+  EXPECT_GE(num_asked_before_other, 1);
+  EXPECT_LE(num_asked_before_other, 2);
 }
 
 TEST_F(MeasureTest, AFamilysSpaceComesWithItsSimplices) {
