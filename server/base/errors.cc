@@ -7,6 +7,7 @@
 namespace liquidblend::server {
 namespace {
 
+constexpr absl::Duration kAnswersDelay = absl::Seconds(1);
 constexpr absl::Duration kRestartDelay = absl::Seconds(1);  // after which another server may answer
 
 // Length of the UTF-8 sequence that `text` begins with; 0 if it is none. Overlong forms of two
@@ -154,6 +155,13 @@ absl::Status ShuttingDown() {
   return WithRetryDelay(
       WithReason(absl::UnavailableError("the server is shutting down"), "SHUTTING_DOWN"),
       kRestartDelay);
+}
+
+absl::Status TooManyAnswers() {
+  return WithRetryDelay(
+      WithReason(absl::UnavailableError("too many answers wait for their clients"),
+                 "TOO_MANY_ANSWERS"),
+      kAnswersDelay);
 }
 
 }  // namespace liquidblend::server

@@ -80,4 +80,8 @@ absl::Status RequestTooLarge(absl::string_view method, int64_t size_bytes, int64
 // before a new attempt.
 absl::Status ShuttingDown();
 
+// kUnavailable, TOO_MANY_ANSWERS, with a delay before a new attempt: clients have not read so many
+// bytes of answers that there is no memory for another one.
+absl::Status TooManyAnswers();
+
 }  // namespace liquidblend::server

@@ -47,6 +47,7 @@ Backends::Backends(store::Catalog& catalog_store, store::BlobStore& blob_store,
       preloader(std::make_shared<liquidblend::catalog::Preloader>(catalog, families)),
       certificate_expiry(options.certificate_expiry),
       frame_cache(options.frame_cache_bytes),
+      unread(options.unread),
       call_log([this](absl::Duration delay, std::function<void()> work) {
         steps.PostAfter(delay, std::move(work));
       }),

@@ -155,8 +155,7 @@ absl::Status StreamSession::Change(const v1::StreamFramesRequest& request,
 
 absl::Status StreamSession::GoOn(absl::Duration now) {
   if (order_.has_value() && order_->is_committed) {
-    if (order_->frame != nullptr) SendOrder(now);
-    return absl::OkStatus();
+    return order_->frame == nullptr ? absl::OkStatus() : SendOrder(now);
   }
   if (WillStayWithoutCredit()) {
     if (!is_writing_) End(absl::OkStatus());
@@ -174,7 +173,7 @@ absl::Status StreamSession::GoOn(absl::Duration now) {
   if (!order_.has_value() && (is_turn || MayMakeAhead())) StartOrder(*tick, now);
   if (is_turn) {
     order_->is_committed = true;
-    if (order_->frame != nullptr) SendOrder(now);
+    if (order_->frame != nullptr) return SendOrder(now);
   } else if (tick->due > now) {
     WakeAt(tick->due, now);
   }
@@ -221,9 +220,10 @@ void StreamSession::DropOrder() {
   order_.reset();
 }
 
-void StreamSession::SendOrder(absl::Duration now) {
-  last_bytes_ = static_cast<int64_t>(order_->frame->size());
-  StreamedFrame streamed = stream_.Sent(order_->query, std::move(order_->frame));
+absl::Status StreamSession::SendOrder(absl::Duration now) {
+  LB_ASSIGN_OR_RETURN(FramePtr frame, host_->Hold(client_, std::move(order_->frame), sink_));
+  last_bytes_ = static_cast<int64_t>(frame->size());
+  StreamedFrame streamed = stream_.Sent(order_->query, std::move(frame));
   streamed.num_requests = num_shown_;
   order_.reset();
   const int64_t num_dropped = stream_.num_skipped() - num_skipped_;
@@ -239,6 +239,7 @@ void StreamSession::SendOrder(absl::Duration now) {
   write_began_ = now;
   if (const std::shared_ptr<Sink> sink = sink_.lock()) sink->Send(streamed);
   WantStep();  // the next frame's
+  return absl::OkStatus();
 }
 
 void StreamSession::Describe(const StreamedFrame& streamed, int64_t num_dropped) const {

@@ -23,10 +23,9 @@ namespace liquidblend::server {
 // a client that sets weights once a frame. Threads: safe. All calls return at once.
 class StreamSession : public std::enable_shared_from_this<StreamSession> {
  public:
-  // Connection to the client. Calls come one at a time, none after End().
-  class Sink {
+  // Connection to the client. Calls come one at a time, none after End(); but GiveUp() at any time.
+  class Sink : public UnreadFrames::Reader {
    public:
-    virtual ~Sink() = default;
     // Sends a frame. OnWritten() follows when the connection has taken it; no other frame is sent
     // before.
     virtual void Send(const StreamedFrame& streamed) = 0;
@@ -93,7 +92,7 @@ class StreamSession : public std::enable_shared_from_this<StreamSession> {
   bool MayMakeAhead() const;
   void StartOrder(const FramePacer::Tick& tick, absl::Duration now);
   void DropOrder();
-  void SendOrder(absl::Duration now);
+  absl::Status SendOrder(absl::Duration now);
   void Describe(const StreamedFrame& streamed, int64_t num_dropped) const;
   void WakeAt(absl::Duration due, absl::Duration now);
   void CancelAlarm();

@@ -71,6 +71,29 @@ absl::Status Admission::Read(const grpc::ByteBuffer& bytes, google::protobuf::Me
   return absl::OkStatus();
 }
 
+// gRPC may call OnDone() within TryCancel(), on this thread.
+void Admission::GiveUp() {
+  grpc::CallbackServerContext* context = nullptr;
+  {
+    absl::MutexLock lock(&mutex_);
+    if (context_ == nullptr || giving_up_.has_value()) return;
+    context = context_;
+    giving_up_ = std::this_thread::get_id();
+  }
+  context->TryCancel();
+  absl::MutexLock lock(&mutex_);
+  giving_up_.reset();
+}
+
+void Admission::OnDone() {
+  const auto is_free = [this]() ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_) {
+    return !giving_up_.has_value() || giving_up_ == std::this_thread::get_id();
+  };
+  absl::MutexLock lock(&mutex_);
+  mutex_.Await(absl::Condition(&is_free));
+  context_ = nullptr;
+}
+
 grpc::Status Admission::End(const absl::Status& status) {
   permit_.reset();
   Log(status);
@@ -129,7 +152,7 @@ void CallInterceptor::EndCall() {
 
 std::shared_ptr<Admission> CallInterceptor::Admit(grpc::CallbackServerContext& context,
                                                   const Method& method) {
-  std::shared_ptr<Admission> admission(new Admission(method, calls_, log_));
+  std::shared_ptr<Admission> admission(new Admission(context, method, calls_, log_));
   admission->caller_.request_id = RequestIdOf(Header(context, kRequestIdHeader));
   admission->caller_.client = context.peer();
   context.AddInitialMetadata(kRequestIdHeader, admission->caller_.request_id);

@@ -7,7 +7,9 @@
 
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <string>
+#include <thread>
 
 #include "absl/base/thread_annotations.h"
 #include "absl/synchronization/mutex.h"
@@ -17,6 +19,7 @@
 #include "server/access/call_log.h"
 #include "server/access/principal.h"
 #include "server/api/methods.h"
+#include "server/frames/unread_frames.h"
 
 namespace liquidblend::server {
 
@@ -25,9 +28,9 @@ class OpenCalls;
 
 // One call, from its access check to its end.  Threads: safe, but for Read() and set_resource(),
 // which belong before End().
-class Admission {
+class Admission : public UnreadFrames::Reader {
  public:
-  ~Admission();
+  ~Admission() override;
 
   // The error of a refused call, or OK.
   const absl::Status& verdict() const { return verdict_; }
@@ -41,13 +44,20 @@ class Admission {
   // Sets the resource of the call, for errors and the log: animations/{id} and the like.
   void set_resource(std::string resource) { resource_ = std::move(resource); }
 
+  // Cancels the call.  Requires: the call's reactor calls OnDone().
+  void GiveUp() override ABSL_LOCKS_EXCLUDED(mutex_);
+  // Waits for a GiveUp() of another thread, and leaves later ones without effect. To be called in
+  // the reactor's OnDone(), after which gRPC destroys what they need.
+  void OnDone() ABSL_LOCKS_EXCLUDED(mutex_);
+
   // Ends the call: logs it, and returns the client's status. To be called once.
   grpc::Status End(const absl::Status& status);
 
  private:
   friend class CallInterceptor;
-  Admission(const Method& method, OpenCalls& calls, CallLog& log)
-      : method_(method), calls_(calls), log_(log), begin_(absl::Now()) {}
+  Admission(grpc::CallbackServerContext& context, const Method& method, OpenCalls& calls,
+            CallLog& log)
+      : method_(method), calls_(calls), log_(log), begin_(absl::Now()), context_(&context) {}
   void Log(const absl::Status& status) const;
   void Describe(const absl::Status& status) const;
 
@@ -60,6 +70,9 @@ class Admission {
   std::string resource_;
   absl::Status verdict_;
   StreamPermit permit_;
+  absl::Mutex mutex_;
+  grpc::CallbackServerContext* context_ ABSL_GUARDED_BY(mutex_);  // null after OnDone()
+  std::optional<std::thread::id> giving_up_ ABSL_GUARDED_BY(mutex_);
 };
 
 // Admits calls and keeps count of them, for an orderly end.  Threads: safe.

@@ -6,6 +6,7 @@
 #include "core/base/status_macros.h"
 #include "server/base/errors.h"
 #include "server/base/guarded.h"
+#include "server/base/work_pool.h"
 #include "server/frames/get_frame.h"
 #include "server/grpc/admission.h"
 #include "server/grpc/byte_buffers.h"
@@ -29,6 +30,7 @@ class FrameReactor final : public grpc::ServerUnaryReactor {
   }
 
   void OnDone() override {
+    admission_->OnDone();
     const trace::Span& span = admission_->caller().span;
     if (span.is_recording()) span.RecordChild("write", ended_at_, absl::Now());
     delete this;
@@ -41,11 +43,17 @@ class FrameReactor final : public grpc::ServerUnaryReactor {
     LB_RETURN_IF_ERROR(admission_->Read(bytes, request));
     call_ = FrameCall::Start(
         backends, request, admission_->caller().client,
-        [this, response](const absl::StatusOr<AnsweredFrame>& made) {
-          if (made.ok()) *response = ToByteBuffer(made->bytes);
-          End(made.status());
+        [this, &backends, response](const absl::StatusOr<AnsweredFrame>& made) {
+          End(made.ok() ? Answer(backends, made->bytes, response) : made.status());
         },
         admission_->caller().span);
+    return absl::OkStatus();
+  }
+
+  absl::Status Answer(Backends& backends, const FramePtr& frame, grpc::ByteBuffer* response) {
+    LB_ASSIGN_OR_RETURN(const FramePtr held, backends.unread.Hold(admission_->caller().client,
+                                                                  frame, admission_, SteadyNow()));
+    *response = ToByteBuffer(held);
     return absl::OkStatus();
   }
 

@@ -44,6 +44,7 @@ class Call : public Reactor, public OpenCall, public std::enable_shared_from_thi
   void OnDone() final {
     // gRPC calls this after OnCancel(), but ThreadSanitizer cannot see how.
     { const absl::MutexLock lock(&mutex_); }
+    admission_->OnDone();
     admission_->calls().Remove(this);
     self_.reset();  // deletes this, unless a task still holds it
   }
@@ -52,6 +53,9 @@ class Call : public Reactor, public OpenCall, public std::enable_shared_from_thi
   virtual void Begin() = 0;  // the first thing that is called
 
   const Caller& caller() const { return admission_->caller(); }
+
+  // Cancels the call; any thread, at any time.
+  void CancelCall() { admission_->GiveUp(); }
 
   // Sets the resource for errors and the log.
   void set_resource(std::string resource) {

@@ -69,6 +69,7 @@ BackendsOptions BackendsOptionsOf(const ServerOptions& options) {
           .max_waiting_calls = options.max_waiting_calls,
           .queue = options.queue,
           .frame_cache_bytes = options.frame_cache_bytes,
+          .unread = options.unread,
           .tracer = options.tracer};
 }
 

@@ -38,6 +38,9 @@ class StreamCall final : public Call<StreamReactor>, public StreamSession::Sink 
 
   void End(const absl::Status& status) override { Close(status); }
 
+  // The write under way ends without success.
+  void GiveUp() override { CancelCall(); }
+
  private:
   void Begin() override {
     const auto self = std::static_pointer_cast<StreamCall>(shared_from_this());

@@ -29,7 +29,6 @@ namespace {
 constexpr char kStreamPath[] = "/v1/stream";
 constexpr char kMetricsType[] = "text/plain; version=0.0.4; charset=utf-8";
 constexpr size_t kMaxShownPath = 80;
-constexpr absl::Duration kAnswersDelay = absl::Seconds(1);
 constexpr absl::string_view kCountedMethods[] = {"GET", "HEAD", "OPTIONS", "POST", "DELETE"};
 
 // Escapes arbitrary bytes for messages.
@@ -220,10 +219,7 @@ void Router::Hold(const Exchange& exchange, Response& response) {
   if (response.body.empty()) return;
   response.memory = answers_->Hold(static_cast<int64_t>(response.body.size()));
   if (response.memory != nullptr) return;
-  absl::Status error = server::WithRetryDelay(
-      server::WithReason(absl::UnavailableError("too many answers wait for their clients"),
-                         "TOO_MANY_ANSWERS"),
-      kAnswersDelay);
+  absl::Status error = server::TooManyAnswers();
   if (!exchange.resource.empty()) {
     error = server::WithMetadata(error, {{"resource", exchange.resource}});
   }

@@ -70,6 +70,11 @@ class WebSocketSession final : public Connection,
     asio::post(executor_, [self = shared_from_this(), streamed] { self->Write(streamed); });
   }
 
+  // The write under way ends with the connection.
+  void GiveUp() override {
+    asio::post(executor_, [self = shared_from_this()] { self->Abort(); });
+  }
+
   void End(const absl::Status& status) override {
     asio::post(executor_, [self = shared_from_this(), status] {
       self->Close(static_cast<uint16_t>(CloseCode(status)), CloseReason(status));

@@ -49,6 +49,8 @@ class CheckingSink final : public server::StreamSession::Sink {
     end = status;
   }
 
+  void GiveUp() override {}
+
   bool is_writing = false;
   bool is_gone = false;
   std::optional<absl::Status> end;

@@ -40,6 +40,8 @@ class TestSink : public StreamSession::Sink {
     end_ = status;
   }
 
+  void GiveUp() override {}
+
   // Waits for response n.
   v1::StreamFramesResponse Await(size_t n) {
     absl::MutexLock lock(&mutex_);

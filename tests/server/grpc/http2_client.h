@@ -30,13 +30,18 @@ inline std::string MessagePrefix(uint32_t size_bytes, bool is_compressed = false
   return prefix;
 }
 
-// Keeps to the server's windows, gives back its own, and answers settings and pings.  Threads: one at a time.
+// Whether a client gives the server a window to send messages in.
+enum class Reads { kAll, kNothing };
+
+// Keeps to the server's windows, gives back its own, and answers settings and pings.  Threads: one
+// at a time.
 class Http2Client {
  public:
   using Header = std::pair<std::string, std::string>;
 
   // On the loopback interface.
-  explicit Http2Client(int port) : socket_(socket(AF_INET, SOCK_STREAM, 0)) {
+  explicit Http2Client(int port, Reads reads = Reads::kAll)
+      : socket_(socket(AF_INET, SOCK_STREAM, 0)) {
     const int at_once = 1;
     setsockopt(socket_, IPPROTO_TCP, TCP_NODELAY, &at_once, sizeof(at_once));
     sockaddr_in address = {};
@@ -45,7 +50,8 @@ class Http2Client {
     address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
     is_open_ = connect(socket_, reinterpret_cast<sockaddr*>(&address), sizeof(address)) == 0;
     SendRaw("PRI * HTTP/2.0\r\n\r\nSM\r\n\r\n");
-    SendFrame(kSettings, 0, 0, "");
+    const std::string no_window = Number(kInitialWindow, 2) + Number(0, 4);
+    SendFrame(kSettings, 0, 0, reads == Reads::kNothing ? no_window : "");
   }
   ~Http2Client() { close(socket_); }
   Http2Client(const Http2Client&) = delete;
@@ -137,6 +143,7 @@ class Http2Client {
   enum Type { kData, kHeaders, kPriority, kReset, kSettings, kPush, kPing, kGoAway, kWindow };
   static constexpr int kEndStream = 1, kAck = 1, kEndHeaders = 4;
   static constexpr int64_t kMaxFrame = 16384;
+  static constexpr int64_t kInitialWindow = 4;  // the setting
   static constexpr size_t kFrameHeader = 9;
 
   static std::string Number(uint64_t value, int num_bytes) {
@@ -199,7 +206,6 @@ class Http2Client {
     if (stream != 0) windows_[stream] += bytes;
   }
   void OnSettings(std::string_view payload) {
-    constexpr int64_t kInitialWindow = 4;
     for (size_t at = 0; at + 6 <= payload.size(); at += 6) {
       if (NumberAt(payload, at, 2) != kInitialWindow) continue;
       const int64_t value = NumberAt(payload, at + 2, 4);

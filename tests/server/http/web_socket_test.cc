@@ -12,6 +12,8 @@ using testing::HasSubstr;
 
 class WebSocketTest : public PortTest {
  protected:
+  explicit WebSocketTest(const server::BackendsOptions& options = Options()) : PortTest(options) {}
+
   static v1::StreamFramesRequest Lossless() {
     v1::StreamFramesRequest request;
     request.set_family("families/splash");
@@ -104,6 +106,46 @@ TEST_F(WebSocketTest, TheLogTellsOfItWhenItHasEnded) {
                        R"("message":"call","method":"GET","path":"/v1/stream","status":"4400",)"
                        R"("ms":"[0-9.]+","principal":"anonymous","client":"127.0.0.1:[0-9]+",)"
                        R"("request_id":"shot-17","error":"rate: )"));
+}
+
+// A server with memory for one and a half unread PLY frames.
+class ImpatientWebSocketTest : public WebSocketTest {
+ protected:
+  static constexpr int64_t kPlyBytes = 14'000;
+
+  ImpatientWebSocketTest() : WebSocketTest(ImpatientOptions()) {}
+
+  static server::BackendsOptions ImpatientOptions() {
+    server::BackendsOptions options = Options();
+    options.unread = {.max_bytes = kPlyBytes * 3 / 2, .patience = absl::Milliseconds(200)};
+    return options;
+  }
+};
+
+TEST_F(ImpatientWebSocketTest, AClientThatReadsNothingIsDisconnectedOnceOthersNeedTheMemory) {
+  HttpClient other(port_->port()), idle(port_->port()), reader(port_->port());
+  const auto size =
+      static_cast<double>(other.Get("/v1/families/splash/frame.ply?weights=0.5").body.size());
+  ASSERT_NEAR(size, kPlyBytes, 0.2 * kPlyBytes);
+  EXPECT_EQ(idle.Upgrade().code, 101);
+  EXPECT_EQ(reader.Upgrade().code, 101);
+  v1::StreamFramesRequest large = Endless(240);
+  large.mutable_encoding()->set_format(v1::Encoding::PLY);
+  ASSERT_TRUE(Send(idle, large));
+  ASSERT_TRUE(Send(reader, Endless(100)));
+  const auto num_streams = [&](int count) {
+    return absl::StrContains(backends_.metrics.Text({}),
+                             absl::StrCat("liquidblend_streams ", count, "\n"));
+  };
+  // Frames go on as long as the sockets' buffers have room for them.
+  const absl::Time deadline = absl::Now() + absl::Seconds(60);
+  do {
+    const v1::StreamFramesResponse response = ReadFrame(reader);
+    EXPECT_LT(response.frame().data().size(), kPlyBytes / 4);
+  } while (!num_streams(1) && absl::Now() < deadline);
+  EXPECT_TRUE(num_streams(1));
+  ReadFrame(reader);
+  EXPECT_EQ(ReadToEnd(idle).opcode, -1);  // behind the frames that it was sent
 }
 
 TEST_F(WebSocketTest, WeightsMayChangeWithEveryFrame) {

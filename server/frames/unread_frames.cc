@@ -1,0 +1,82 @@
+#include "server/frames/unread_frames.h"
+
+#include <iterator>
+#include <optional>
+#include <utility>
+
+#include "server/access/authorizer.h"
+#include "server/base/errors.h"
+
+namespace liquidblend::server {
+
+bool UnreadFrames::State::HasRoomFor(const std::string& account, const FramePtr& frame) const {
+  const auto size = static_cast<int64_t>(frame->size());
+  if (num_bytes == 0 || num_readers.contains(frame.get())) return true;
+  if (num_bytes + size <= options.max_bytes) return true;
+  const auto found = bytes_of_account.find(account);
+  const bool is_new = found == bytes_of_account.end();
+  const int64_t num_accounts = std::ssize(bytes_of_account) + (is_new ? 1 : 0);
+  return (is_new ? 0 : found->second) + size <= options.max_bytes / num_accounts;
+}
+
+UnreadFrames::HeldList::iterator UnreadFrames::State::Add(Held added) {
+  const auto size = static_cast<int64_t>(added.frame->size());
+  int64_t& account_bytes = bytes_of_account[added.account];
+  int& readers = num_readers[added.frame.get()];
+  held.push_back(std::move(added));  // the last thing that needs memory
+  account_bytes += size;
+  if (++readers == 1) num_bytes += size;
+  return std::prev(held.end());
+}
+
+void UnreadFrames::State::LetGo(HeldList::iterator entry) {
+  HeldList gone;  // destroyed without the lock
+  absl::MutexLock lock(&mutex);
+  const auto size = static_cast<int64_t>(entry->frame->size());
+  const auto account = bytes_of_account.find(entry->account);
+  account->second -= size;
+  if (account->second == 0) bytes_of_account.erase(account);
+  const auto readers = num_readers.find(entry->frame.get());
+  if (--readers->second == 0) {
+    num_readers.erase(readers);
+    num_bytes -= size;
+  }
+  gone.splice(gone.end(), held, entry);
+}
+
+std::vector<std::weak_ptr<UnreadFrames::Reader>> UnreadFrames::State::FindStalled(
+    absl::Duration now) const {
+  std::vector<std::weak_ptr<Reader>> stalled;
+  if (num_bytes <= options.max_bytes / 2) return stalled;
+  for (const Held& entry : held) {
+    if (now - entry.since < options.patience) break;
+    stalled.push_back(entry.reader);
+  }
+  return stalled;
+}
+
+absl::StatusOr<FramePtr> UnreadFrames::Hold(const std::string& client, FramePtr frame,
+                                            std::weak_ptr<Reader> reader, absl::Duration now) {
+  Held wanted = {HostOfPeer(client), std::move(frame), std::move(reader), now};
+  const std::string* const bytes = wanted.frame.get();
+  std::vector<std::weak_ptr<Reader>> stalled;
+  std::optional<HeldList::iterator> entry;
+  {
+    absl::MutexLock lock(&state_->mutex);
+    stalled = state_->FindStalled(now);
+    if (state_->HasRoomFor(wanted.account, wanted.frame)) entry = state_->Add(std::move(wanted));
+  }
+  for (const std::weak_ptr<Reader>& of : stalled) {
+    if (const std::shared_ptr<Reader> given_up = of.lock()) given_up->GiveUp();
+  }
+  if (!entry.has_value()) return TooManyAnswers();
+  // If there is no memory for this, the deleter is called.
+  return FramePtr(bytes, [state = state_, entry](const std::string*) { state->LetGo(*entry); });
+}
+
+int64_t UnreadFrames::num_bytes() const {
+  absl::MutexLock lock(&state_->mutex);
+  return state_->num_bytes;
+}
+
+}  // namespace liquidblend::server

@@ -1,0 +1,109 @@
+// Clients that ask for frames and never read them.
+#include <chrono>
+#include <fstream>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "absl/strings/str_cat.h"
+#include "tests/server/grpc/http2_client.h"
+#include "tests/server/grpc/server_testing.h"
+
+namespace liquidblend::server::unread_test {
+namespace {
+
+using std::chrono::milliseconds;
+
+constexpr milliseconds kPatience(20'000);
+constexpr int kNumCalls = 40;
+
+// A server with memory for ten unread frames, and two principals.
+class UnreadTest : public ServerTest {
+ protected:
+  void SetUp() override { StartWith(absl::Hours(1)); }
+
+  void StartWith(absl::Duration patience) {
+    const NewToken greedy = *MakeToken("greedy", {"frames"});
+    const NewToken honest = *MakeToken("honest", {"frames"});
+    greedy_ = "Bearer " + greedy.token;
+    honest_ = "Bearer " + honest.token;
+    const std::string path = folder_.path() + "/tokens.json";
+    std::ofstream(path) << R"({"principals": [)" << greedy.entry << ", " << honest.entry << "]}";
+    PublishSplash();
+    ServerOptions options;
+    options.authorizer = *Authorizer::Open(path);
+    Start(options);
+    options.unread = {.max_bytes = 10 * SizeOfFrame(), .patience = patience};
+    Start(options);
+  }
+
+  // All different, of nearly the same size.
+  static v1::GetFrameRequest RequestOf(int k) {
+    v1::GetFrameRequest request;
+    request.set_family("families/splash");
+    request.add_weights(0.5 + 0.001 * k);
+    request.mutable_encoding()->set_format(v1::Encoding::PLY);
+    return request;
+  }
+
+  grpc::Status GetFrame(int k, v1::Frame& frame) {
+    grpc::ClientContext context;
+    context.set_deadline(std::chrono::system_clock::now() + kPatience);
+    context.AddMetadata("authorization", honest_);
+    return stub_->GetFrame(&context, RequestOf(k), &frame);
+  }
+
+  int64_t SizeOfFrame() {
+    v1::Frame frame;
+    EXPECT_THAT(GetFrame(0, frame), IsOk());
+    return static_cast<int64_t>(frame.ByteSizeLong());
+  }
+
+  // Asks for kNumCalls frames, and reads none. Returns how many calls are refused.
+  int AskAndReadNothing(Http2Client& peer) {
+    for (int k = 0; k < kNumCalls; ++k) {
+      const std::string request = RequestOf(k).SerializeAsString();
+      streams_.push_back(
+          peer.Open("/liquidblend.v1.LiquidBlend/GetFrame", {{"authorization", greedy_}}));
+      peer.Send(streams_.back(), MessagePrefix(static_cast<uint32_t>(request.size())) + request,
+                kPatience);
+      peer.HalfClose(streams_.back());
+    }
+    const auto give_up = std::chrono::steady_clock::now() + kPatience;
+    while (NumEnded(peer) < kNumCalls / 2 && std::chrono::steady_clock::now() < give_up) {
+      peer.Receive(milliseconds(10));
+    }
+    return NumEnded(peer);
+  }
+
+  int NumEnded(const Http2Client& peer) const {
+    return static_cast<int>(std::count_if(streams_.begin(), streams_.end(),
+                                          [&](int s) { return peer.is_answered(s); }));
+  }
+
+  std::string greedy_, honest_;
+  std::vector<int> streams_;
+};
+
+TEST_F(UnreadTest, TakeBoundedMemoryAndNotThatOfOthers) {
+  Http2Client peer(server_->port(), Reads::kNothing);
+  EXPECT_GE(AskAndReadNothing(peer), kNumCalls / 2);
+  v1::Frame frame;
+  EXPECT_THAT(GetFrame(kNumCalls, frame), IsOk());
+}
+
+class ImpatientTest : public UnreadTest {
+ protected:
+  void SetUp() override { StartWith(absl::ZeroDuration()); }
+};
+
+TEST_F(ImpatientTest, EndOnceOthersNeedTheMemory) {
+  Http2Client peer(server_->port(), Reads::kNothing);
+  AskAndReadNothing(peer);
+  v1::Frame frame;
+  EXPECT_THAT(GetFrame(kNumCalls, frame), IsOk());
+  for (const int stream : streams_) EXPECT_TRUE(peer.AwaitEnd(stream, kPatience));
+}
+
+}  // namespace
+}  // namespace liquidblend::server::unread_test
