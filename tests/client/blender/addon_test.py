@@ -1,4 +1,4 @@
-"""Tests of the add-on, run in Blender by run.sh."""
+"""Tests of the add-on, run in Blender by run.sh, and of the modules named at the end."""
 
 import json
 import os
@@ -13,34 +13,9 @@ sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
 import bpy  # noqa: E402
 import numpy as np  # noqa: E402
 from in_blender import (add_camera, add_liquid, arrays_of, attribute_of, empty_scene,  # noqa: E402
-                        install, module, package, parse_arguments, render_picture, set_up_cycles)
-
-ARGUMENTS = parse_arguments()
-FPS = 24.0
-_client = None
-
-
-def setUpModule():
-    global _client
-    install(ARGUMENTS.zip)
-    _client = package().Client(ARGUMENTS.server)
-
-
-def expected(frame, weight=0.0, **options):
-    """What the server answers for a frame of a scene at 24 frames/s that begins at 1."""
-    return _client.frame("two_drops", weight, (frame - 1.0) / FPS, **options)
-
-
-def add_two_drops():
-    return add_liquid(kind='SERVER', server=ARGUMENTS.server, family="two_drops")
-
-
-def in_folder(name):
-    return os.path.join(ARGUMENTS.folder, name)
-
-
-def state_of(object):
-    return module("playback").state_of(object)
+                        module, package, render_picture, set_up_cycles)
+from liquid_testing import (ARGUMENTS, FPS, LiquidTest, add_two_drops, client,  # noqa: E402
+                            expected, in_folder, run, state_of)
 
 
 def edge_uses(triangles):
@@ -54,17 +29,6 @@ def edge_uses(triangles):
 def volume_of(positions, triangles):
     a, b, c = (positions[triangles[:, i]].astype(float) for i in range(3))
     return float(np.einsum("ij,ij->i", a, np.cross(b, c)).sum() / 6.0)
-
-
-class LiquidTest(unittest.TestCase):
-    def setUp(self):
-        self.scene = empty_scene()
-
-    def assert_shows(self, object, frame):
-        """The mesh is the frame, to the byte."""
-        positions, triangles = arrays_of(object.data)
-        self.assertEqual(positions.tobytes(), frame.positions.tobytes())
-        self.assertEqual(triangles.tobytes(), frame.triangles.tobytes())
 
 
 class Registration(LiquidTest):
@@ -102,12 +66,12 @@ class Frames(LiquidTest):
 
     def test_stand_still_before_and_after(self):
         object = add_two_drops()
-        last = _client.family("two_drops").duration
+        last = client().family("two_drops").duration
         self.scene.frame_set(-5)
         self.assert_shows(object, expected(1))
         self.assertEqual(np.abs(attribute_of(object.data, "velocity", 3, "vector")).max(), 0.0)
         self.scene.frame_set(1000)
-        self.assert_shows(object, _client.frame("two_drops", 0.0, last))
+        self.assert_shows(object, client().frame("two_drops", 0.0, last))
 
     def test_follow_start_offset_speed_and_frame_rate(self):
         object = add_two_drops()
@@ -116,7 +80,7 @@ class Frames(LiquidTest):
         self.scene.render.fps, self.scene.render.fps_base = 30, 1.001
         self.scene.frame_set(16)
         time_s = 0.25 - 0.5 * 5.0 * 1.001 / 30.0
-        frame = _client.frame("two_drops", 0.0, settings_time(object, 16), velocities=True)
+        frame = client().frame("two_drops", 0.0, settings_time(object, 16), velocities=True)
         self.assertAlmostEqual(frame.time, time_s, places=5)
         self.assert_shows(object, frame)
         shown = attribute_of(object.data, "velocity", 3, "vector")
@@ -620,104 +584,6 @@ class Blur(LiquidTest):
         self.assertAlmostEqual(arrays_of(liquid.data)[0][:, 0].mean(), 0.25, places=5)
 
 
-class Bake(LiquidTest):
-    def bake(self, **arguments):
-        liquid = add_two_drops()
-        liquid["drops_b"] = 0.25
-        liquid.liquidblend.rest_positions = True
-        liquid.liquidblend.bake = in_folder("bake")
-        self.scene.frame_start, self.scene.frame_end = 19, 21
-        bpy.ops.liquidblend.bake(**arguments)
-        return liquid
-
-    def test_plays_the_same_frames(self):
-        liquid = self.bake(step=0.5)
-        self.assertEqual(liquid.liquidblend.kind, 'BAKE')
-        for frame in (19.0, 20.5, 21.0):
-            self.scene.frame_set(int(frame), subframe=frame % 1)
-            wanted = expected(frame, 0.25, velocities=True, rest_positions=True)
-            self.assert_shows(liquid, wanted)
-            shown = attribute_of(liquid.data, "velocity", 3, "vector")
-            np.testing.assert_array_equal(shown, wanted.velocities)
-        bpy.ops.wm.save_as_mainfile(filepath=in_folder("bake_alone.blend"))
-        np.savez(in_folder("bake_alone.npz"), positions=wanted.positions)
-
-    def test_does_not_replace_what_is_no_bake(self):
-        os.makedirs(in_folder("others"), exist_ok=True)
-        with open(in_folder("others/holiday.png"), "w", encoding="utf-8") as file:
-            file.write("mine")
-        liquid = add_two_drops()
-        liquid.liquidblend.bake = in_folder("others")
-        with self.assertRaisesRegex(RuntimeError, "holiday.png"):
-            bpy.ops.liquidblend.bake()
-        self.assertEqual(os.listdir(in_folder("others")), ["holiday.png"])
-
-    def test_does_not_replace_arrays_of_others(self):
-        os.makedirs(in_folder("measured"), exist_ok=True)
-        for name in ("frame_experiment7.npz", "frame_000000.npz"):  # the second has a bake's name
-            path = in_folder(os.path.join("measured", name))
-            np.savez(path, mine=np.zeros(3))
-            liquid = add_two_drops()
-            liquid.liquidblend.bake = in_folder("measured")
-            with self.assertRaisesRegex(RuntimeError, f"{name}, which is of no bake"):
-                bpy.ops.liquidblend.bake()
-            self.assertTrue(os.path.exists(path))
-            os.remove(path)
-
-    def test_that_was_interrupted_is_replaced_and_not_played(self):
-        folder = in_folder("interrupted")
-        files = module("bake_files")
-        writer = files.BakeWriter(folder, 1.0, 1.0, FPS, {})
-        writer.add(module("surface").EMPTY)
-        with self.assertRaisesRegex(files.BakeError, "no bake in"):
-            files.read_index(folder)
-        again = files.BakeWriter(folder, 1.0, 1.0, FPS, {})
-        self.assertEqual(os.listdir(folder), ["index.json.part"])
-        again.add(module("surface").EMPTY)
-        again.finish()
-        self.assertEqual(sorted(os.listdir(folder)), ["frame_000000.npz", "index.json"])
-
-    def test_beside_a_file_needs_one(self):
-        add_two_drops().liquidblend.bake = "//bake"
-        with self.assertRaisesRegex(RuntimeError, "save it first"):
-            bpy.ops.liquidblend.bake()
-
-    def test_blurs_as_much_at_another_frame_rate(self):
-        liquid = self.bake()
-        self.scene.frame_set(20)
-        before = attribute_of(liquid.data, "velocity", 3, "vector")
-        self.scene.render.fps = 48
-        self.scene.frame_set(19)
-        self.scene.frame_set(20)
-        after = attribute_of(liquid.data, "velocity", 3, "vector")
-        np.testing.assert_array_equal(after, 2.0 * before)
-
-    def test_is_replaced_by_the_next(self):
-        liquid = self.bake()
-        self.scene.frame_set(20)
-        liquid.liquidblend.kind = 'SERVER'
-        liquid["drops_b"] = 1.0
-        bpy.ops.liquidblend.bake()
-        self.scene.frame_set(20)
-        self.assert_shows(liquid, expected(20, 1.0))
-
-    def test_tells_which_file_is_damaged(self):
-        self.bake(switch=False)
-        shutil.copytree(in_folder("bake"), in_folder("damaged"), dirs_exist_ok=True)
-        path = in_folder("damaged/frame_000001.npz")
-        with open(path, "r+b") as file:
-            file.truncate(1000)
-        liquid = add_liquid(kind='BAKE', filepath=in_folder("damaged"))
-        self.scene.frame_set(20)
-        self.assertIn(path, state_of(liquid).error)
-        self.assertEqual(len(liquid.data.vertices), 0)
-
-    def test_without_an_index_is_refused(self):
-        os.makedirs(in_folder("no_index"), exist_ok=True)
-        with self.assertRaisesRegex(RuntimeError, "no_index.*index.json"):
-            add_liquid(kind='BAKE', filepath=in_folder("no_index"))
-
-
 def add_domain(size, resolution):
     """A Mantaflow domain whose cache is that of two_drops."""
     bpy.ops.mesh.primitive_cube_add(size=1.0)
@@ -767,10 +633,10 @@ class Send(LiquidTest):
         self.assertAlmostEqual(sent["velocity_scale"], units["velocity_scale_to_m_per_s"],
                                places=5)
         bpy.ops.liquidblend.send(animation="sent_cache", server=ARGUMENTS.server)
-        animation = _client.animation("sent_cache")
+        animation = client().animation("sent_cache")
         self.assertEqual((animation["numFrames"], animation["framesPerSecond"],
                           animation["up"]), (4, 24, "UP_Z"))
-        whole = _client.animation("drops_a")["bounds"]
+        whole = client().animation("drops_a")["bounds"]
         for side in "xy":  # of the pool, in metres
             self.assertAlmostEqual(animation["bounds"]["max"][side], whole["max"][side], places=1)
 
@@ -792,7 +658,7 @@ class Send(LiquidTest):
 class Correspondences(LiquidTest):
     def send_ball(self, name, x):
         """A ball that falls at x, unless it is there."""
-        if name in _client.animations():
+        if name in client().animations():
             return
         bpy.ops.mesh.primitive_ico_sphere_add(subdivisions=4, radius=0.3, location=(x, 0, 1))
         ball = bpy.context.object
@@ -832,11 +698,11 @@ class Correspondences(LiquidTest):
         settings.new_family, settings.source_animation = "balls", "ball_a"
         settings.target_animations = "ball_b"
         bpy.ops.liquidblend.register(mode='NEW')
-        found = json.dumps(_client.family("balls").raw)
+        found = json.dumps(client().family("balls").raw)
         self.assertIn('"hard": true', found)
-        family = _client.family("balls")
+        family = client().family("balls")
         self.assertEqual((family.source, family.targets), ("ball_a", ("ball_b",)))
-        middle = _client.frame("balls", 0.5, 0.0).positions
+        middle = client().frame("balls", 0.5, 0.0).positions
         self.assertAlmostEqual(float(middle[:, 0].mean()), 0.2, places=1)
         self.refine(liquid)
 
@@ -846,7 +712,7 @@ class Correspondences(LiquidTest):
         settings.source_animation = settings.target_animations = ""
         settings.pairs[0].hard = False
         bpy.ops.liquidblend.register(mode='REFINE')
-        family = _client.family("balls")
+        family = client().family("balls")
         self.assertEqual(family.version, 2)
         self.assertNotIn('"hard": true', json.dumps(family.raw))
 
@@ -854,7 +720,7 @@ class Correspondences(LiquidTest):
         """Parameters take the place of weights."""
         self.send_ball("ball_a", 0.0)
         self.send_ball("ball_b", 0.4)
-        _client.register("space", "ball_a", "ball_b", parameters={"place": [2.0, 6.0]},
+        client().register("space", "ball_a", "ball_b", parameters={"place": [2.0, 6.0]},
                          options={"max_iterations": 1}).wait()
         object = add_liquid(kind='SERVER', server=ARGUMENTS.server, family="space")
         self.assertEqual([c.name for c in object.liquidblend.controls], ["place"])
@@ -862,7 +728,7 @@ class Correspondences(LiquidTest):
         self.assertEqual((object["place"], ranges["min"], ranges["max"]), (2.0, 2.0, 6.0))
         object["place"] = 5.0
         self.scene.frame_set(3)
-        self.assert_shows(object, _client.frame("space", None, 2.0 / FPS,
+        self.assert_shows(object, client().frame("space", None, 2.0 / FPS,
                                                 parameters={"place": 5.0}))
 
     def test_are_in_the_familys_axes_and_times(self):
@@ -885,5 +751,4 @@ class Correspondences(LiquidTest):
 
 
 if __name__ == "__main__":
-    result = unittest.main(module=__name__, argv=["addon_test"], exit=False, verbosity=1).result
-    sys.exit(0 if result.wasSuccessful() else 1)
+    run("__main__", "bake_test")
