@@ -1,6 +1,7 @@
 """All that the add-on asks of the Python package `liquidblend`: frames, facts, jobs. It is imported
 by the first call that needs it, since a baked folder plays without it."""
 
+import contextlib
 import dataclasses
 import importlib
 import os
@@ -9,7 +10,7 @@ import threading
 import time
 from typing import List, Tuple
 
-from . import bake_files, preferences, surface
+from . import bake_files, preferences, surface, trust
 from .request import Origin, Request
 from .tasks import Cancelled
 
@@ -93,15 +94,26 @@ def _kept(kept, key, make):
         return kept.setdefault(key, made) if generation == _generation else made
 
 
+@contextlib.contextmanager
 def _client_of(origin, is_patient=True):
-    """A client of the origin's servers. A patient one waits for servers that are gone."""
+    """A client of the origin's servers, which get the token if they are trusted (trust.py). What
+    they refuse is told with why they do not get it. A patient one waits for servers that are gone.
+    """
+    servers = trust.servers_of(origin.place)
+
     def connect():
         return package().Client(
-            origin.place or None, token=preferences.token() or None, tls=origin.tls,
+            servers, token=trust.token_for(servers) or None, tls=origin.tls,
             tls_ca=origin.tls_ca or None, patience=_patience() if is_patient else 0.0,
             connect_timeout=None if is_patient else _SHORT_CONNECT_S)
 
-    return _kept(_clients, (origin.place, origin.tls, origin.tls_ca, is_patient), connect)
+    try:
+        yield _kept(_clients, (servers, origin.tls, origin.tls_ca, is_patient), connect)
+    except (package().Unauthenticated, package().PermissionDenied) as error:
+        why = trust.why_kept_back(servers)
+        if not why:
+            raise
+        raise type(error)(error.code, f"{error.message}; {why}", error.reason) from error
 
 
 class _FilePlayer:
@@ -167,9 +179,9 @@ def _frame_now(request):
         return _player_of(request.origin.place, attributes).frame(request)
     blend = ({"parameters": dict(request.parameters)} if request.parameters
              else {"weights": request.weights})
-    return _client_of(request.origin, False).frame(
-        request.origin.family, version=request.origin.version, time=request.time_s,
-        **blend, **attributes)
+    with _client_of(request.origin, False) as client:
+        return client.frame(request.origin.family, version=request.origin.version,
+                            time=request.time_s, **blend, **attributes)
 
 
 def _baked(request):
@@ -204,7 +216,8 @@ def make_surface(request, is_patient):
 
 
 def family_names(origin):
-    return _client_of(origin, False).families()
+    with _client_of(origin, False) as client:
+        return client.families()
 
 
 def _family_of(origin):
@@ -213,7 +226,8 @@ def _family_of(origin):
         return _player_of(origin.place, attributes).family
     if not origin.family:
         raise ValueError("no family is chosen")
-    return _client_of(origin, False).family(origin.family, origin.version)
+    with _client_of(origin, False) as client:
+        return client.family(origin.family, origin.version)
 
 
 def _up_of(family):
@@ -275,8 +289,8 @@ def import_animation(origin, animation, folder, options, report):
     options = dict(options)
     up = options.pop("up", None)
     name = (up or "unknown").upper().replace("-", "MINUS_")
-    job = _client_of(origin).import_animation(animation, folder, up=package().Up[name], **options)
-    _watch(job, report)
+    with _client_of(origin) as client:
+        _watch(client.import_animation(animation, folder, up=package().Up[name], **options), report)
     return f"animation {animation} is imported"
 
 
@@ -289,17 +303,20 @@ def _correspondence_of(pair):
         length=pair["length_s"])
 
 
-def register(origin, registration, report):
-    """Registers a family; returns a line for the user."""
-    client = _client_of(origin)
+def _begin_registration(client, registration):
     source, targets = registration.source, registration.targets
     if registration.mode == 'REFINE' and not (source or targets):
         family = client.family(registration.family)
         source, targets = family.source, family.targets
-    job = client.register(
+    return client.register(
         registration.family, source, targets,
         correspondences=[_correspondence_of(pair) for pair in registration.correspondences],
         replace=registration.mode == 'REPLACE', refine=registration.mode == 'REFINE')
-    state = _watch(job, report)
+
+
+def register(origin, registration, report):
+    """Registers a family; returns a line for the user."""
+    with _client_of(origin) as client:
+        state = _watch(_begin_registration(client, registration), report)
     grade = state.grade.name.lower().replace("_", " ")
     return f"family {registration.family}, version {state.version}: {grade}"

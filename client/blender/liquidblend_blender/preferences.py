@@ -5,7 +5,7 @@ import os
 import bpy
 from bpy.props import FloatProperty, IntProperty, StringProperty
 
-_DEFAULTS = {"library": "", "token": "", "patience_s": 120.0, "cache_mb": 512}
+_DEFAULTS = {"library": "", "token": "", "token_servers": "", "patience_s": 120.0, "cache_mb": 512}
 _values = dict(_DEFAULTS)
 
 
@@ -26,7 +26,11 @@ class LiquidPreferences(bpy.types.AddonPreferences):
         "libliquidblend.so.1; empty: LIQUIDBLEND_LIBRARY, beside the add-on, or the system's. "
         "Counts from Blender's next start on"))
     token: StringProperty(name="Token", subtype='PASSWORD', update=_changed, description=(
-        "Sent to servers; empty: LIQUIDBLEND_TOKEN. It is kept here, so that scenes hold none"))
+        "Sent to the servers below; empty: LIQUIDBLEND_TOKEN. It is kept here, so that scenes hold "
+        "none"))
+    token_servers: StringProperty(name="Servers of the token", update=_changed, description=(
+        "HOST:PORT, commas between. These and the ones of LIQUIDBLEND_SERVER get the token, and no "
+        "others that a scene's file may name"))
     patience_s: FloatProperty(name="Patience", default=_DEFAULTS["patience_s"], min=0.0,
                               update=_refreshed, unit='TIME_ABSOLUTE',
                               description="Seconds that a render waits for a server that is gone")

@@ -267,18 +267,6 @@ class Files(LiquidTest):
         bpy.context.scene.frame_set(22)
         self.assert_shows(object, expected(22, 0.5))
 
-    def test_hold_no_token(self):
-        preferences = bpy.context.preferences.addons["liquidblend_blender"].preferences
-        preferences.token = "secret-of-this-test"
-        try:
-            add_two_drops()
-            path = in_folder("token.blend")
-            bpy.ops.wm.save_as_mainfile(filepath=path, compress=False)
-            with open(path, "rb") as file:
-                self.assertNotIn(b"secret-of-this-test", file.read())
-        finally:
-            preferences.token = ""
-
     def test_for_the_run_without_a_server(self):
         add_two_drops()
         set_up_cycles(self.scene)
@@ -751,4 +739,4 @@ class Correspondences(LiquidTest):
 
 
 if __name__ == "__main__":
-    run("__main__", "bake_test")
+    run("__main__", "bake_test", "token_test")
