@@ -8,11 +8,16 @@ from .request import Origin, Request
 _FACTS = ("level_of_detail", "smoothing_passes", "velocities", "rest_positions")
 
 
+def server_of(settings, family="", version=0):
+    """The Origin of a liquid's server, or of an operator's that has the same properties."""
+    return Origin('SERVER', settings.server, family, version, settings.tls,
+                  bpy.path.abspath(settings.tls_ca))
+
+
 def origin_of(settings):
     if settings.kind == 'SERVER':
-        version = settings.version or settings.published_version
-        return Origin('SERVER', settings.server, settings.family.strip(), version,
-                      settings.tls, bpy.path.abspath(settings.tls_ca))
+        return server_of(settings, settings.family.strip(),
+                         settings.version or settings.published_version)
     path = settings.file if settings.kind == 'FILE' else settings.bake
     return Origin(settings.kind, bpy.path.abspath(path, library=settings.id_data.library))
 

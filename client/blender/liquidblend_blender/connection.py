@@ -11,7 +11,7 @@ import time
 from typing import List, Tuple
 
 from . import bake_files, preferences, surface, trust
-from .request import Origin, Request
+from .request import Request
 from .tasks import Cancelled
 
 _VENDOR = os.path.join(os.path.dirname(os.path.abspath(__file__)), "vendor")
@@ -68,10 +68,6 @@ def disconnect():
         _generation += 1
         for kept in (_clients, _players, _indices):
             kept.clear()
-
-
-def server_origin(server, tls=False, tls_ca=""):
-    return Origin('SERVER', server, tls=tls, tls_ca=tls_ca)
 
 
 # ---- clients and players, one for each server or file

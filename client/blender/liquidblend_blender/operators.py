@@ -182,8 +182,7 @@ other object's mesh of each frame of the scene"""
         return result
 
     def _upload(self, folder, options, is_temporary=False):
-        origin = connection.server_origin(self.server, self.tls, bpy.path.abspath(self.tls_ca))
-        animation = self.animation
+        origin, animation = ask.server_of(self), self.animation
 
         def work(report):
             try:

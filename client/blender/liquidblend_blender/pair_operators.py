@@ -3,7 +3,7 @@
 import bpy
 from bpy.props import EnumProperty
 
-from . import connection, correspond
+from . import ask, connection, correspond
 from .operating import OfIdleLiquid, OfLiquid, liquid_of, start_task
 
 
@@ -32,7 +32,7 @@ class LIQUIDBLEND_OT_register(OfIdleLiquid, bpy.types.Operator):
         except (correspond.PairError, ValueError) as error:
             self.report({'ERROR'}, str(error))
             return {'CANCELLED'}
-        origin = connection.server_origin(settings.server, settings.tls, settings.tls_ca)
+        origin = ask.server_of(settings)
         request = connection.Registration(family, settings.source_animation.strip(), targets,
                                           pairs, self.mode)
         return start_task(self, f"register {family}",

@@ -7,6 +7,7 @@ import sys
 import time
 import types
 import unittest
+from unittest import mock
 
 sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
 
@@ -730,6 +731,25 @@ class Correspondences(LiquidTest):
         found = module("correspond").correspondences_of(liquid, self.scene)[0]
         self.assertEqual(found["source_time_s"], 1.0)
         np.testing.assert_allclose(found["source_position"], (-1.0, -1.7, 2.0), atol=1e-6)
+
+    def test_find_authorities_beside_the_file(self):
+        """As Blender's file browser names them; likewise for the other buttons."""
+        bpy.ops.wm.save_as_mainfile(filepath=in_folder("authorities.blend"))
+        liquid = add_liquid(kind='SERVER', server=ARGUMENTS.server)
+        settings = liquid.liquidblend
+        settings.tls, settings.tls_ca, settings.new_family = True, "//ca.pem", "balls"
+        connection, origins = module("connection"), []
+        with mock.patch.object(connection, "register", lambda origin, *_: origins.append(origin)):
+            bpy.ops.liquidblend.register(mode='REFINE')
+        send = mock.patch.object(connection, "import_animation",
+                                 lambda origin, *_: origins.append(origin))
+        bpy.ops.mesh.primitive_cube_add()
+        with send:
+            bpy.ops.liquidblend.send(animation="cube", server=ARGUMENTS.server, tls=True,
+                                     tls_ca="//ca.pem")
+        origins.append(module("ask").origin_of(settings))
+        self.assertEqual([(origin.place, origin.tls, origin.tls_ca) for origin in origins],
+                         3 * [(ARGUMENTS.server, True, in_folder("ca.pem"))])
 
     def test_without_an_empty_are_named(self):
         liquid = add_two_drops()
