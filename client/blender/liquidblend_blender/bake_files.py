@@ -1,9 +1,11 @@
 """Baked folders: index.json and a file of arrays for each frame of a scene. Needs numpy alone, so
 that a farm plays them without server or library."""
 
+import contextlib
 import json
 import os
 import re
+import uuid
 
 import numpy as np
 
@@ -16,6 +18,14 @@ class BakeError(Exception):
     """A folder that cannot be written, or is no whole bake; the text names it."""
 
 
+@contextlib.contextmanager
+def _told(what):
+    try:
+        yield
+    except OSError as error:
+        raise BakeError(f"{what}: {error.strerror or error}") from None
+
+
 def _name_of(index):
     return f"frame_{index:06d}.npz"
 
@@ -24,24 +34,33 @@ def _is_ours(name):
     return re.fullmatch(r"(index\.json|frame_\d{6,}\.npz)(\.part)?", name) is not None
 
 
+def is_same_folder(a, b):
+    return os.path.normcase(os.path.realpath(a)) == os.path.normcase(os.path.realpath(b))
+
+
 class BakeWriter:
-    """Writes a folder. Arrays are in Blender's axes, velocities per second of the scene; the index
-    comes last, so that a folder that has one is whole. Until then index.json.part marks the folder
-    as a bake's."""
+    """Writes a folder. Arrays are in Blender's axes, velocities per second of the scene.
+
+    Until finish() all files end with .part, so that an earlier bake of the object plays on. The
+    index comes last, so that a folder that has one is whole. Until then index.json.part marks the
+    folder as a bake's, and says of which one that is under way.
+    """
 
     def __init__(self, folder, frame_start, step, fps, about):
         self._folder = folder
         self._index = {"format": FORMAT, "version": VERSION, "fps": fps,
                        "frame_start": frame_start, "step": step, "frames": 0, "about": about}
-        try:
+        self._mark = uuid.uuid4().bytes
+        self._is_open = True
+        with _told(f"cannot make {folder}"):
             os.makedirs(folder, exist_ok=True)
-        except OSError as error:
-            raise BakeError(f"cannot make {folder}: {error.strerror}") from None
         names = self._names_of_earlier()
-        self._write_part("index.json", lambda file: None)
-        for name in sorted(names, reverse=True):  # index.json first
-            if name != "index.json.part":
-                os.remove(os.path.join(self._folder, name))
+        is_whole = "index.json" in names
+        if is_whole:
+            self._check_object(read_index(folder))
+        self._write_part("index.json", lambda file: file.write(self._mark))
+        # What an interrupted bake left. Without an index its frames are of no use, either.
+        self._remove(name for name in names if name.endswith(".part") or not is_whole)
 
     def _names_of_earlier(self):
         """What an earlier bake left, which may be replaced, and nothing else may."""
@@ -52,9 +71,16 @@ class BakeWriter:
         if others:
             raise BakeError(f"{self._folder} holds {others[0]}, which is of no bake; "
                             "choose an empty folder")
-        if "index.json" in names:
-            read_index(self._folder)
         return names
+
+    def _check_object(self, earlier):
+        about = earlier.get("about")
+        before = about.get("object") if isinstance(about, dict) else None
+        now = self._index["about"].get("object")
+        if before and now and before != now:
+            raise BakeError(f"{self._folder} holds the bake of the object {before}, not of {now}: "
+                            "choose another folder. If the object was renamed, or nothing needs "
+                            "that bake any more, delete the folder first")
 
     def add(self, surface):
         arrays = {name: getattr(surface, name) for name in _ARRAYS
@@ -62,28 +88,62 @@ class BakeWriter:
         if surface.rest_times is not None:
             arrays["rest_positions"] = np.column_stack([surface.rest_positions,
                                                         surface.rest_times])
-        self._write(_name_of(self._index["frames"]), lambda file: np.savez(file, **arrays))
+        self._check_mark()
+        self._write_part(_name_of(self._index["frames"]), lambda file: np.savez(file, **arrays))
         self._index["frames"] += 1
 
     def finish(self):
+        """Puts the bake in the place of an earlier one. If that is interrupted, the folder has no
+        index and is no bake."""
+        self._check_mark()
         text = json.dumps(self._index, indent=1).encode()
-        self._write("index.json", lambda file: file.write(text))
+        self._write_part("index.json", lambda file: file.write(text))
+        self._is_open = False
+        earlier = [name for name in self._our_names() if not name.endswith(".part")]
+        self._remove(sorted(earlier, reverse=True))  # index.json first
+        for frame in range(self._index["frames"]):
+            self._rename_part(_name_of(frame))
+        self._rename_part("index.json")
 
-    def _write(self, name, write):
-        part = self._write_part(name, write)
+    def close(self):
+        """Removes what was written, unless finish() was called: an earlier bake stays as it was."""
+        if not self._is_open:
+            return
+        self._is_open = False
         try:
-            os.replace(part, os.path.join(self._folder, name))
-        except OSError as error:
-            raise BakeError(f"cannot rename {part}: {error.strerror}") from None
+            self._check_mark()
+            self._remove(name for name in self._our_names() if name.endswith(".part"))
+            os.remove(os.path.join(self._folder, "index.json.part"))
+        except (BakeError, OSError):
+            pass  # the next bake removes it
+
+    def _check_mark(self):
+        path = os.path.join(self._folder, "index.json.part")
+        with _told(f"cannot read {path}"), open(path, "rb") as file:
+            mark = file.read()
+        if mark != self._mark:
+            raise BakeError(f"another bake into {self._folder} has begun")
+
+    def _our_names(self):
+        return [name for name in os.listdir(self._folder) if _is_ours(name)]
+
+    def _remove(self, names):
+        """Removes files, but not the mark."""
+        for name in names:
+            path = os.path.join(self._folder, name)
+            with _told(f"cannot remove {path}"):
+                if name != "index.json.part":
+                    os.remove(path)
+
+    def _rename_part(self, name):
+        path = os.path.join(self._folder, name)
+        with _told(f"cannot rename {path}.part"):
+            os.replace(path + ".part", path)
 
     def _write_part(self, name, write):
         part = os.path.join(self._folder, name + ".part")
-        try:
-            with open(part, "wb") as file:
-                write(file)
-        except OSError as error:
-            raise BakeError(f"cannot write {part}: {error.strerror}") from None
-        return part
+        with _told(f"cannot write {part}"), open(part, "wb") as file:
+            write(file)
 
 
 def read_index(folder):

@@ -92,6 +92,7 @@ class LIQUIDBLEND_OT_add(bpy.types.Operator):
         settings.enabled = True
         settings.kind, settings.server = self.kind, self.server
         settings.family, settings.start_frame = self.family, scene.frame_start
+        settings.bake = bake.default_folder(settings.id_data)
         if self.kind == 'FILE':
             settings.file = self.filepath
         elif self.kind == 'BAKE':
