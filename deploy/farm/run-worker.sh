@@ -20,6 +20,17 @@ while IFS= read -r line || [ -n "$line" ]; do
   export "${line?}"
 done <"$1"
 shift
-export LIQUIDBLEND_CACHE=${LIQUIDBLEND_CACHE:-${TMPDIR:-/tmp}/liquidblend-$(id -u)}
+
+# Everybody may write to /tmp and knows the folder's name: another user may have made it before.
+# A folder that is given is left as it is: the studio may want users to share it.
+if [ -z "${LIQUIDBLEND_CACHE:-}" ]; then
+  LIQUIDBLEND_CACHE=${TMPDIR:-/tmp}/liquidblend-$(id -u)
+  (umask 077 && mkdir -p "$LIQUIDBLEND_CACHE") || true
+  if [ -L "$LIQUIDBLEND_CACHE" ] || [ ! -d "$LIQUIDBLEND_CACHE" ] || [ ! -O "$LIQUIDBLEND_CACHE" ]; then
+    refuse "$LIQUIDBLEND_CACHE is no folder of this user's own: remove it, or name another one, LIQUIDBLEND_CACHE"
+  fi
+  chmod 700 "$LIQUIDBLEND_CACHE"
+fi
+export LIQUIDBLEND_CACHE
 export LIQUIDBLEND_CACHE_SIZE=${LIQUIDBLEND_CACHE_SIZE:-8GiB}
 exec "${LIQUIDBLEND_WORKER:-/usr/bin/liquidblend-worker}" --drain "$@"

@@ -3,6 +3,7 @@
 
 import os
 import pathlib
+import stat
 import subprocess
 import sys
 import tempfile
@@ -55,6 +56,59 @@ class RunWorker(unittest.TestCase):
             "LIQUIDBLEND_CACHE=/scratch\nLIQUIDBLEND_CACHE_SIZE=1TiB\n")
         self.assertEqual(variables["LIQUIDBLEND_CACHE"], "/scratch")
         self.assertEqual(variables["LIQUIDBLEND_CACHE_SIZE"], "1TiB")
+
+    def cache(self):
+        return self.folder / f"liquidblend-{os.getuid()}"
+
+    def mode_of(self, path):
+        return stat.S_IMODE(path.stat().st_mode)
+
+    def test_the_cache_is_for_its_user_alone(self):
+        for makes_before in (False, True):
+            with self.subTest(makes_before=makes_before):
+                if makes_before:  # as earlier versions of the worker did
+                    self.cache().chmod(0o755)
+                done, _, _ = self.run_with("")
+                self.assertEqual(done.returncode, 0, done.stderr)
+                self.assertEqual(self.mode_of(self.cache()), 0o700)
+
+    def test_a_cache_that_somebody_else_may_have_made_is_refused(self):
+        (self.folder / "elsewhere").mkdir(mode=0o755)
+        makers = {"a link": lambda: self.cache().symlink_to(self.folder / "elsewhere"),
+                  "a link to nothing": lambda: self.cache().symlink_to(self.folder / "nowhere"),
+                  "a file": self.cache().touch}
+        for what, make in makers.items():
+            make()
+            done, arguments, _ = self.run_with("")
+            self.assertEqual((done.returncode, arguments), (2, []), what)
+            self.assertIn(f"{self.cache()} is no folder of this user's own", done.stderr)
+            self.cache().unlink()
+        self.assertEqual(self.mode_of(self.folder / "elsewhere"), 0o755)
+        self.assertFalse((self.folder / "nowhere").exists())
+
+    @unittest.skipUnless(os.geteuid() == 0, "only root gives folders to others")
+    def test_a_cache_of_another_user_is_refused(self):
+        self.cache().mkdir(mode=0o777)
+        os.chown(self.cache(), 65534, 65534)
+        done, arguments, _ = self.run_with("")
+        self.assertEqual((done.returncode, arguments), (2, []))
+        self.assertIn("is no folder of this user's own", done.stderr)
+
+    def test_a_cache_that_is_given_keeps_its_permissions(self):
+        shared = self.folder / "shared"
+        shared.mkdir()
+        shared.chmod(0o2775)
+        link = self.folder / "link"
+        link.symlink_to(shared)
+        self.worker.write_text(WORKER + "umask\n")
+        expected_umask = subprocess.run(["sh", "-c", "umask"], capture_output=True, text=True,
+                                        check=True).stdout
+        for given in (shared, link):
+            done, _, variables = self.run_with(f"LIQUIDBLEND_CACHE={given}\n")
+            self.assertEqual(done.returncode, 0, done.stderr)
+            self.assertEqual(variables["LIQUIDBLEND_CACHE"], str(given))
+            self.assertEqual(self.mode_of(shared), 0o2775)
+            self.assertTrue(done.stdout.endswith(f"\n{expected_umask}"))
 
     def test_what_is_no_variable_is_refused_and_not_shown(self):
         for line in ["export A=b", "secret", "9A=b", " A=b"]:
