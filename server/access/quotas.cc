@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <iterator>
+#include <utility>
 
 #include "absl/strings/str_cat.h"
 #include "server/base/errors.h"
@@ -18,6 +19,24 @@ double Burst(const Principal& principal) {
 }
 
 }  // namespace
+
+// Gives a stream back at its end, once it is counted.
+class Quotas::Permit {
+ public:
+  Permit(Quotas& quotas, std::string key) : quotas_(quotas), key_(std::move(key)) {}
+  ~Permit() {
+    if (is_counted_) quotas_.GiveBack(key_);
+  }
+  Permit(const Permit&) = delete;
+  Permit& operator=(const Permit&) = delete;
+
+  void SetCounted() { is_counted_ = true; }
+
+ private:
+  Quotas& quotas_;
+  const std::string key_;
+  bool is_counted_ = false;
+};
 
 absl::Status Quotas::CountRequest(const Principal& principal) {
   const double rate = principal.limits.requests_per_second;
@@ -46,6 +65,9 @@ absl::StatusOr<StreamPermit> Quotas::TakeStream(const Principal& principal) {
   const int max_streams = principal.limits.max_streams;
   if (max_streams == 0) return StreamPermit();
   const absl::Time now = now_();
+  // Before the lock, which the end of a permit takes, and before anything is counted: there may be
+  // no memory for it.
+  const auto permit = std::make_shared<Permit>(*this, principal.key);
   absl::MutexLock lock(&mutex_);
   ForgetIdle(now);
   Usage& usage = usages_[principal.key];
@@ -58,7 +80,8 @@ absl::StatusOr<StreamPermit> Quotas::TakeStream(const Principal& principal) {
         kStreamRetryDelay);
   }
   ++usage.num_streams;
-  return StreamPermit(nullptr, [this, key = principal.key](void*) { GiveBack(key); });
+  permit->SetCounted();
+  return permit;
 }
 
 void Quotas::GiveBack(const std::string& key) {

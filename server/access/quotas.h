@@ -35,6 +35,7 @@ class Quotas {
   absl::StatusOr<StreamPermit> TakeStream(const Principal& principal);
 
  private:
+  class Permit;
   struct Usage {
     double requests_left = 0.0;  // at `time`; grows with requests_per_second up to a second's worth
     absl::Time time = absl::InfinitePast();

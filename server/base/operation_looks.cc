@@ -21,18 +21,28 @@ absl::StatusOr<SeenOperationPtr> Look(const OperationLooks::Read& read) {
 }  // namespace
 
 std::shared_ptr<OperationLook> OperationLooks::Of(const std::string& name, Read read) {
-  absl::MutexLock lock(&mutex_);
-  std::weak_ptr<OperationLook>& known = looks_[name];
-  if (std::shared_ptr<OperationLook> look = known.lock()) return look;
-  std::shared_ptr<OperationLook> look(
+  if (std::shared_ptr<OperationLook> known = Find(name)) return known;
+  // Without the lock: if there is no memory for the pointer's counts, it deletes the look, and
+  // Forget() takes the lock. The same holds for the end of a look that came second, below. The
+  // deleter has a name of its own that is not const: to copy it again might end the program.
+  const std::shared_ptr<OperationLook> look(
       new OperationLook(lookers_, timers_, [read = std::move(read)] { return Look(read); },
                         {.name = "the catalog", .kept = interval_, .limit = kLookLimit}),
-      [this, name](OperationLook* ended) {
+      [this, own_name = std::string(name)](OperationLook* ended) {
         delete ended;
-        Forget(name);
+        Forget(own_name);
       });
+  absl::MutexLock lock(&mutex_);
+  std::weak_ptr<OperationLook>& known = looks_[name];
+  if (std::shared_ptr<OperationLook> other = known.lock()) return other;
   known = look;
   return look;
+}
+
+std::shared_ptr<OperationLook> OperationLooks::Find(const std::string& name) const {
+  absl::MutexLock lock(&mutex_);
+  const auto found = looks_.find(name);
+  return found == looks_.end() ? nullptr : found->second.lock();
 }
 
 absl::Duration OperationLooks::Interval() const {

@@ -6,30 +6,16 @@
 #include <memory>
 #include <string>
 
-#include "absl/base/call_once.h"
 #include "absl/base/thread_annotations.h"
 #include "absl/status/statusor.h"
 #include "absl/synchronization/mutex.h"
 #include "absl/time/time.h"
 #include "google/longrunning/operations.pb.h"
+#include "server/base/lazy_text.h"
 #include "server/base/shared_look.h"
 #include "server/base/work_pool.h"
 
 namespace liquidblend::server {
-
-// A text that is made when somebody first asks for it.  Threads: safe.
-class LazyText {
- public:
-  template <typename Make>
-  const std::string& Of(Make&& make) const {
-    absl::call_once(once_, [&] { text_ = make(); });
-    return text_;
-  }
-
- private:
-  mutable absl::once_flag once_;
-  mutable std::string text_;
-};
 
 struct SeenOperation {
   google::longrunning::Operation operation;
@@ -63,6 +49,7 @@ class OperationLooks {
   int num_looks() const;  // operations that are watched
 
  private:
+  std::shared_ptr<OperationLook> Find(const std::string& name) const;
   void Forget(const std::string& name);
 
   WorkPool& lookers_;

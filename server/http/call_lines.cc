@@ -43,7 +43,7 @@ server::EndedCall EndedRequest(const Exchange& exchange, const std::string& path
 }
 
 server::EndedCall EndedStream(const std::string& path, const server::Caller& caller, int close_code,
-                              const std::string& reason, absl::Duration took) {
+                              absl::string_view reason, absl::Duration took) {
   server::EndedCall call = Ended("GET", path, close_code, caller, took);
   if (close_code == kNormalClose || close_code == kGoingAway || close_code == kNoCode) return call;
   call.level = close_code == kBrokenClose ? base::LogLevel::kError : base::LogLevel::kInfo;

@@ -3,6 +3,7 @@
 
 #include <string>
 
+#include "absl/strings/string_view.h"
 #include "absl/time/time.h"
 #include "server/access/call_log.h"
 #include "server/http/exchange/exchange.h"
@@ -15,6 +16,6 @@ server::EndedCall EndedRequest(const Exchange& exchange, const std::string& path
 
 // Likewise; the status is the code with which the WebSocket was closed.
 server::EndedCall EndedStream(const std::string& path, const server::Caller& caller, int close_code,
-                              const std::string& reason, absl::Duration took);
+                              absl::string_view reason, absl::Duration took);
 
 }  // namespace liquidblend::http

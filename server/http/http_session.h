@@ -94,7 +94,7 @@ class HttpSession final : public Connection, public std::enable_shared_from_this
     stream_.expires_never();
     exchange_ = core_->router.Answer(request, [self = shared_from_this()](Response response) {
       asio::post(self->stream_.get_executor(), [self, response = std::move(response)]() mutable {
-        self->Write(std::move(response));
+        self->WriteOrClose(std::move(response));
       });
     });
     exchange_->body == nullptr ? WatchClient() : Attempt([this] { BeginBody(); });
@@ -216,6 +216,16 @@ class HttpSession final : public Connection, public std::enable_shared_from_this
     const auto session = std::make_shared<WebSocketSession>(core_, std::move(ticket_),
                                                             std::move(stream_), std::move(visit));
     session->Begin(parser_->get());
+  }
+
+  // A client whose answer cannot be written, for lack of memory, would wait for it.
+  void WriteOrClose(Response response) {
+    try {
+      Write(std::move(response));
+    } catch (...) {
+      stream_.close();
+      throw;  // Port::Impl::Run() tells of it
+    }
   }
 
   void Write(Response response) {

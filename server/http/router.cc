@@ -10,6 +10,7 @@
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_join.h"
 #include "server/base/errors.h"
+#include "server/base/guarded.h"
 #include "server/base/request_id.h"
 #include "server/http/answers/animation_frame_answer.h"
 #include "server/http/answers/frame_answer.h"
@@ -84,7 +85,7 @@ bool IsServerFault(int code) {
 
 // Attributes of a span at its end, by OpenTelemetry's conventions for HTTP.
 void DescribeEnd(const server::Caller& caller, const std::string& resource, int code,
-                 const std::string& error) {
+                 absl::string_view error) {
   const trace::Span& span = caller.span;
   if (!span.is_recording()) return;
   span.SetAttribute("http.response.status_code", code);
@@ -161,9 +162,7 @@ ExchangePtr Router::Answer(const Request& request, Exchange::Done done) {
       request, routes_.Find(request.method, target.path), CallerOf(request));
   exchange->SetDone([this, exchange = exchange.get(), watch = metrics::StopWatch(),
                      done = std::move(done)](Response response) mutable {
-    Hold(*exchange, response);
-    Complete(*exchange, watch.Lap(), response);
-    done(std::move(response));
+    done(Completed(*exchange, watch.Lap(), std::move(response)));
   });
   if (!Refuse(*exchange, target.path, target.query)) Dispatch(exchange);
   return exchange;
@@ -214,6 +213,21 @@ bool Router::Refuse(Exchange& exchange, const std::string& path, const std::stri
   return exchange.is_finished();
 }
 
+// The answer as it goes out. If there is no memory for that, an empty one: the client waits.
+Response Router::Completed(const Exchange& exchange, absl::Duration took,
+                           Response response) noexcept {
+  try {
+    Hold(exchange, response);
+    Complete(exchange, took, response);
+    return response;
+  } catch (...) {
+    Response empty;
+    empty.code = HttpCode(absl::StatusCode::kResourceExhausted);  // as of Guarded()
+    empty.span = exchange.caller.span;
+    return empty;
+  }
+}
+
 // Takes the answer's memory from the budget, or refuses it.
 void Router::Hold(const Exchange& exchange, Response& response) {
   if (response.body.empty()) return;
@@ -252,12 +266,14 @@ Response Router::Refused(const Request& request, const server::Caller& caller, R
   return response;
 }
 
-void Router::NoteStream(const server::Caller& caller, int close_code, const std::string& reason,
-                        absl::Duration took) {
-  api_.metrics().CountRequest(
-      {"http", absl::StrCat("GET ", kStreamPath), absl::StrCat(close_code), took});
-  api_.call_log().Tell(EndedStream(kStreamPath, caller, close_code, reason, took));
-  DescribeEnd(caller, "", close_code, reason);
+void Router::NoteStream(const server::Caller& caller, int close_code, absl::string_view reason,
+                        absl::Duration took) noexcept {
+  server::RunGuarded("the end of a stream", [&] {
+    api_.metrics().CountRequest(
+        {"http", absl::StrCat("GET ", kStreamPath), absl::StrCat(close_code), took});
+    api_.call_log().Tell(EndedStream(kStreamPath, caller, close_code, reason, took));
+    DescribeEnd(caller, "", close_code, reason);
+  });
   caller.span.End();
 }
 

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "absl/status/status.h"
+#include "absl/strings/string_view.h"
 #include "absl/time/time.h"
 #include "server/access/principal.h"
 #include "server/api/api.h"
@@ -70,15 +71,17 @@ class Router {
   // logged like an answer.
   Response Refused(const Request& request, const server::Caller& caller, Response response);
 
-  // Counts and logs a WebSocket that has ended, and ends its span.
+  // Counts and logs a WebSocket that has ended, and ends its span. Without memory for that it does
+  // nothing, as the WebSocket's destructor calls it.
   //   close_code  RFC 6455's, or as CloseCode()
-  void NoteStream(const server::Caller& caller, int close_code, const std::string& reason,
-                  absl::Duration took);
+  void NoteStream(const server::Caller& caller, int close_code, absl::string_view reason,
+                  absl::Duration took) noexcept;
 
   // From now on /readyz answers 503.
   void SetDraining() { is_draining_ = true; }
 
  private:
+  Response Completed(const Exchange& exchange, absl::Duration took, Response response) noexcept;
   void Hold(const Exchange& exchange, Response& response);
   void Complete(const Exchange& exchange, absl::Duration took, Response& response);
   absl::Status Admit(const Request& request, const server::AccessRequest& access,

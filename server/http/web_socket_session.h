@@ -8,7 +8,8 @@
 #include <string>
 #include <utility>
 
-#include "absl/strings/str_cat.h"
+#include "absl/strings/string_view.h"
+#include "server/base/guarded.h"
 #include "server/base/request_id.h"
 #include "server/http/core.h"
 #include "server/http/exchange/replies.h"
@@ -33,7 +34,9 @@ class WebSocketSession final : public Connection,
   }
 
   ~WebSocketSession() override {
-    if (frames_ != nullptr) frames_->Stop();
+    server::RunGuarded("the end of a WebSocket", [this] {
+      if (frames_ != nullptr) frames_->Stop();
+    });
     metrics().AddConnections("websocket", -1);
     core_->router.NoteStream(visit_.caller, EndCode(), EndReason(), watch_.Lap());
   }
@@ -182,7 +185,7 @@ class WebSocketSession final : public Connection,
     return reason.code != 0 ? reason.code : kNoCloseFrame;
   }
 
-  std::string EndReason() const {
+  absl::string_view EndReason() const {
     const websocket::close_reason& reason = close_.has_value() ? *close_ : ws_->reason();
     return {reason.reason.data(), reason.reason.size()};
   }

@@ -105,6 +105,7 @@ struct Metrics::Impl {
                                    .Name("liquidblend_http_connections")
                                    .Help("Connections of the HTTP port, by kind")
                                    .Register(registry);
+  std::array<Gauge*, kConnectionKinds.size()> connections_of = {};  // of each kind
   Counter& refused_connections =
       Counters(registry, "liquidblend_http_connections_refused_total",
                "Connections that the HTTP port closed at once because there were too many")
@@ -139,7 +140,9 @@ Metrics::Metrics() : impl_(std::make_unique<Impl>()) {
   for (const char* name : kStageNames) {
     impl_->stages.push_back(&impl_->stage_seconds.Add({{"stage", name}}, StageBuckets()));
   }
-  for (const char* kind : kConnectionKinds) impl_->connections.Add({{"kind", kind}});
+  for (size_t k = 0; k < kConnectionKinds.size(); ++k) {
+    impl_->connections_of[k] = &impl_->connections.Add({{"kind", kConnectionKinds[k]}});
+  }
   for (const char* kind : kJobKinds) {
     for (int code = 0; code < kNumCodes; ++code) {
       impl_->jobs.Add(JobLabels(kind, static_cast<absl::StatusCode>(code)));
@@ -184,8 +187,10 @@ void Metrics::CountRequest(const Answered& answered) {
   impl_->requests.Add(labels).Increment();
 }
 
-void Metrics::AddConnections(absl::string_view kind, int change) {
-  impl_->connections.Add({{"kind", std::string(kind)}}).Increment(change);
+void Metrics::AddConnections(absl::string_view kind, int change) noexcept {
+  for (size_t k = 0; k < kConnectionKinds.size(); ++k) {
+    if (kind == kConnectionKinds[k]) impl_->connections_of[k]->Increment(change);
+  }
 }
 
 void Metrics::CountRefusedConnection() { impl_->refused_connections.Increment(); }

@@ -79,7 +79,8 @@ class Metrics {
   void CountDroppedFrames(const std::string& family, int64_t num_frames);
   void ObserveStage(Stage stage, absl::Duration duration);
   void CountRequest(const Answered& answered);
-  void AddConnections(absl::string_view kind, int change);  // "http" or "websocket"
+  // "http" or "websocket". Allocates nothing, as destructors call it.
+  void AddConnections(absl::string_view kind, int change) noexcept;
   void CountRefusedConnection();
   void AddStreams(int change);  // of frames, over any wire
   void CountJob(const EndedJob& job);

@@ -1,7 +1,7 @@
 // Wherever in a call memory runs out, the call ends with an error and the server goes on.
 #include "absl/strings/str_cat.h"
 #include "tests/allocation_testing.h"
-#include "tests/server/grpc/failing_new.h"
+#include "tests/failing_new.h"
 #include "tests/server/grpc/raw_call.h"
 #include "tests/server/grpc/server_testing.h"
 

@@ -17,6 +17,7 @@
 #include "absl/strings/ascii.h"
 #include "absl/strings/numbers.h"
 #include "absl/strings/str_cat.h"
+#include "absl/strings/string_view.h"
 
 namespace liquidblend::http {
 
@@ -100,6 +101,15 @@ class HttpClient {
     }
     reply.body = Take(size);
     return reply;
+  }
+
+  // The status of an answer of which nothing else is read; 0: the connection ended before.
+  int ReadCode() {
+    char bytes[12];  // "HTTP/1.1 200"
+    const ssize_t received = recv(socket_, bytes, sizeof(bytes), MSG_WAITALL);
+    int code = 0;
+    const bool is_whole = received == static_cast<ssize_t>(sizeof(bytes));
+    return is_whole && absl::SimpleAtoi(absl::string_view(bytes + 9, 3), &code) ? code : 0;
   }
 
   // The next chunk of an answer whose header has been read; empty: it was the last one, or the

@@ -13,6 +13,7 @@ namespace liquidblend::testing_memory {
 
 inline std::atomic<size_t> smallest_failing = SIZE_MAX;
 inline std::atomic<int> num_before_failure = 0;
+inline thread_local int num_before_own_failure = -1;  // of this thread; < 0: none fails
 
 // From now on the n-th (from 0) allocation of at least this size fails, and all later ones that are
 // as large, until the end of the object's life.
@@ -29,8 +30,21 @@ class FailingNew {
   static bool has_failed() { return num_before_failure < 0; }
 };
 
+// The n-th (from 0) allocation of this thread fails, whatever its size, and no other one.
+class FailingOnce {
+ public:
+  explicit FailingOnce(int n) { num_before_own_failure = n; }
+  ~FailingOnce() { num_before_own_failure = -1; }
+  FailingOnce(const FailingOnce&) = delete;
+  FailingOnce& operator=(const FailingOnce&) = delete;
+
+  // To be asked before its end.
+  static bool has_failed() { return num_before_own_failure < 0; }
+};
+
 inline void* Allocate(size_t size) {
   if (size >= smallest_failing && num_before_failure-- <= 0) throw std::bad_alloc();
+  if (num_before_own_failure >= 0 && num_before_own_failure-- == 0) throw std::bad_alloc();
   void* const memory = std::malloc(size);
   if (memory == nullptr) throw std::bad_alloc();
   return memory;
