@@ -2,6 +2,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "server/base/errors.h"
+#include "server/http/exchange/replies.h"
 
 namespace liquidblend::http {
 namespace {
@@ -26,6 +27,13 @@ server::EndedCall Ended(const std::string& method, const std::string& path, int 
   return call;
 }
 
+// In words. What the client says must not look as if the server did.
+std::string EndOf(int close_code, absl::string_view reason) {
+  std::string end = server::CleanText(reason);
+  if (close_code == kOtherClose) return absl::StrCat("closed by the client: '", end, "'");
+  return end.empty() ? "the connection was lost" : end;
+}
+
 }  // namespace
 
 server::EndedCall EndedRequest(const Exchange& exchange, const std::string& path,
@@ -47,7 +55,7 @@ server::EndedCall EndedStream(const std::string& path, const server::Caller& cal
   server::EndedCall call = Ended("GET", path, close_code, caller, took);
   if (close_code == kNormalClose || close_code == kGoingAway || close_code == kNoCode) return call;
   call.level = close_code == kBrokenClose ? base::LogLevel::kError : base::LogLevel::kInfo;
-  call.error = reason.empty() ? "the connection was lost" : server::CleanText(reason);
+  call.error = EndOf(close_code, reason);
   return call;
 }
 

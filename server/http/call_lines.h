@@ -14,7 +14,8 @@ namespace liquidblend::http {
 server::EndedCall EndedRequest(const Exchange& exchange, const std::string& path,
                                const Response& response, absl::Duration took);
 
-// Likewise; the status is the code with which the WebSocket was closed.
+// Likewise; the status is the code with which the WebSocket was closed: the server's, or that of
+// ClientCloseCode().
 server::EndedCall EndedStream(const std::string& path, const server::Caller& caller, int close_code,
                               absl::string_view reason, absl::Duration took);
 

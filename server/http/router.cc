@@ -77,7 +77,8 @@ bool IsCall(Resource resource) {
          resource == Resource::kMethod;
 }
 
-// Of an answer's status, or of the code with which a WebSocket was closed (CloseCode()).
+// Of an answer's status, or of the code with which a WebSocket was closed: CloseCode(), or
+// ClientCloseCode(), which never is one.
 bool IsServerFault(int code) {
   constexpr int kNotImplemented = 501;  // clients ask for what not every store has
   return (code >= 500 && code < 600 && code != kNotImplemented) || (code >= 4500 && code < 4600);

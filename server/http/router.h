@@ -73,7 +73,7 @@ class Router {
 
   // Counts and logs a WebSocket that has ended, and ends its span. Without memory for that it does
   // nothing, as the WebSocket's destructor calls it.
-  //   close_code  RFC 6455's, or as CloseCode()
+  //   close_code  RFC 6455's, CloseCode() or ClientCloseCode(); each one is a series of the metrics
   void NoteStream(const server::Caller& caller, int close_code, absl::string_view reason,
                   absl::Duration took) noexcept;
 

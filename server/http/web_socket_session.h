@@ -85,7 +85,6 @@ class WebSocketSession final : public Connection,
   }
 
  private:
-  static constexpr int kNoCloseFrame = 1006;
   static constexpr std::chrono::milliseconds kAbortDelay{100};
 
   metrics::Metrics& metrics() { return core_->api.metrics(); }
@@ -121,7 +120,7 @@ class WebSocketSession final : public Connection,
 
   // Writes the cached bytes of the frame.
   void Write(const server::StreamedFrame& streamed) {
-    if (close_.has_value()) return;
+    if (close_.has_value() || !ws_.has_value()) return;
     prefix_ = server::ResponsePrefix(streamed);
     frame_ = streamed.frame;
     is_writing_ = true;
@@ -167,7 +166,7 @@ class WebSocketSession final : public Connection,
   // Drops operations that wait for each other, which hold the session. Those that waited for the
   // socket, and refer to it, have ended when it was closed.
   void Release() {
-    if (!close_.has_value()) close_ = ws_->reason();
+    client_close_ = ws_->reason();
     ws_.reset();
   }
 
@@ -180,13 +179,17 @@ class WebSocketSession final : public Connection,
     });
   }
 
+  // What the client's close frame says; empty if none came.
+  const websocket::close_reason& client_close() const {
+    return ws_.has_value() ? ws_->reason() : client_close_;
+  }
+
   int EndCode() const {
-    const websocket::close_reason& reason = close_.has_value() ? *close_ : ws_->reason();
-    return reason.code != 0 ? reason.code : kNoCloseFrame;
+    return close_.has_value() ? close_->code : ClientCloseCode(client_close().code);
   }
 
   absl::string_view EndReason() const {
-    const websocket::close_reason& reason = close_.has_value() ? *close_ : ws_->reason();
+    const websocket::close_reason& reason = close_.has_value() ? *close_ : client_close();
     return {reason.reason.data(), reason.reason.size()};
   }
 
@@ -201,7 +204,8 @@ class WebSocketSession final : public Connection,
   std::string prefix_;  // of the write under way
   server::FramePtr frame_;
   std::shared_ptr<server::StreamSession> frames_;
-  std::optional<websocket::close_reason> close_;  // decided
+  std::optional<websocket::close_reason> close_;  // this server's, once it is decided
+  websocket::close_reason client_close_;          // after Release()
   bool is_open_ = false;
   bool is_writing_ = false;
   bool has_close_begun_ = false;  // no read may begin: see Finish()

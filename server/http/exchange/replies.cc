@@ -22,6 +22,9 @@ namespace {
 constexpr char kContentType[] = "Content-Type";
 constexpr int kCloseWithoutError = 1000;
 constexpr int kFirstOwnClose = 4000;
+constexpr int kClientLeaves = 1001;
+constexpr int kCloseWithoutCode = 1005;
+constexpr int kNoCloseFrame = 1006;
 constexpr size_t kMaxReason = 123;
 
 // FNV-1a.
@@ -124,6 +127,20 @@ int CloseCode(const absl::Status& end) {
 std::string CloseReason(const absl::Status& end) {
   if (end.ok()) return "the animation has ended";
   return server::CleanText(end.message(), kMaxReason);
+}
+
+int ClientCloseCode(int code) {
+  switch (code) {
+    case 0:
+    case kNoCloseFrame:
+      return kNoCloseFrame;
+    case kCloseWithoutError:
+    case kClientLeaves:
+    case kCloseWithoutCode:
+      return code;
+    default:
+      return kOtherClose;
+  }
 }
 
 Response TextReply(std::string text) {

@@ -60,6 +60,12 @@ void AddCaching(const v1::GetFrameRequest& request, const std::string& tag, bool
 int CloseCode(const absl::Status& end);
 std::string CloseReason(const absl::Status& end);
 
+// Code under which the close frame of a client is counted and logged. 1000, 1001, 1005 (without a
+// code) and 1006 (no close frame came, as for 0) are themselves. The others are kOtherClose:
+// clients may choose among 62,000, some of which would look like errors of the server.
+int ClientCloseCode(int code);
+inline constexpr int kOtherClose = 4000;  // CloseCode() never is
+
 // Headers of FrameReply() and AddCaching() that scripts of other origins may read.
 extern const char kExposedHeaders[];
 

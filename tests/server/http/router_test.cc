@@ -698,12 +698,15 @@ TEST_F(RouterTest, TheLogTellsHowStreamsEnd) {
   router.NoteStream(caller, 1000, "the animation has ended", absl::Seconds(2));
   router.NoteStream(caller, 4400, "rate: must be in [-1000, 1000]", absl::Seconds(2));
   router.NoteStream(caller, 1006, "", absl::Seconds(2));
+  router.NoteStream(caller, kOtherClose, "the server is broken", absl::Seconds(2));
   const std::string log = testing::internal::GetCapturedStderr();
   const std::string path = R"("message":"call","method":"GET","path":"/v1/stream","status":)";
   EXPECT_THAT(log, HasSubstr(R"("level":"debug",)" + path + R"("1000","ms":"2000.0")"));
   EXPECT_THAT(log, HasSubstr(R"("level":"info",)" + path + R"("4400")"));
   EXPECT_THAT(log, HasSubstr(R"("error":"rate: must be in [-1000, 1000]"})"));
   EXPECT_THAT(log, HasSubstr(R"("error":"the connection was lost"})"));
+  EXPECT_THAT(log, HasSubstr(R"("level":"info",)" + path + R"("4000")"));
+  EXPECT_THAT(log, HasSubstr(R"("error":"closed by the client: 'the server is broken'"})"));
 }
 
 TEST_F(RouterTest, AllButProbesAskWhoCalls) {
@@ -787,6 +790,15 @@ TEST_F(RouterTest, StreamsAreForPagesOfAllowedOrigins) {
   EXPECT_FALSE(may_stream("https://evil.example"));
   options_.allowed_origin = "*";
   EXPECT_TRUE(may_stream("https://evil.example"));
+}
+
+// Each code is a series of the metrics for as long as the server runs.
+TEST(Replies, ClientsChooseAmongFewCloseCodes) {
+  for (const int kept : {1000, 1001, 1005, 1006}) EXPECT_EQ(ClientCloseCode(kept), kept);
+  EXPECT_EQ(ClientCloseCode(0), 1006) << "no close frame came";
+  for (const int code : {1002, 1007, 1011, 3000, 4000, 4404, 4500, 4599, 65535}) {
+    EXPECT_EQ(ClientCloseCode(code), kOtherClose) << code;
+  }
 }
 
 TEST(Replies, CloseCodesFollowTheStatus) {

@@ -1,6 +1,10 @@
+#include <string>
 #include <thread>
 #include <vector>
 
+#include "absl/strings/match.h"
+#include "absl/strings/str_split.h"
+#include "core/base/log.h"
 #include "server/http/port.h"
 #include "tests/server/http/port_testing.h"
 
@@ -224,6 +228,37 @@ TEST_F(WebSocketTest, MistakesCloseWithCodeAndReason) {
   EXPECT_EQ(end_of(2, "").close_code(), 4400);          // no family is named
   EXPECT_EQ(end_of(8, "\x03\xe8").close_code(), 1000);  // the client's close comes back
   EXPECT_EQ(end_of(11, "").close_code(), 1002);         // a reserved opcode
+}
+
+TEST_F(WebSocketTest, ClientsThatCloseMakeNoSeriesOfTheirOwn) {
+  base::StartLog("server", base::LogLevel::kInfo, base::LogFormat::kJson);
+  testing::internal::CaptureStderr();
+  for (const int code : {1000, 1011, 3000, 4404, 4500, 4599, 50000, 65535}) {
+    HttpClient client(port_->port());
+    ASSERT_EQ(client.Upgrade().code, 101);
+    const std::string bytes = {static_cast<char>(code >> 8), static_cast<char>(code & 0xFF)};
+    ASSERT_TRUE(client.SendMessage(8, bytes + "broken"));
+    EXPECT_EQ(client.ReadMessage().close_code(), code) << "it comes back";
+    EXPECT_TRUE(client.IsClosed());
+  }
+  const std::string none_left = "liquidblend_http_connections{kind=\"websocket\"} 0\n";
+  const absl::Time give_up = absl::Now() + absl::Seconds(20);
+  while (!absl::StrContains(MetricsText(), none_left) && absl::Now() < give_up) {
+    std::this_thread::yield();
+  }
+  port_.reset();
+  std::vector<std::string> counts;
+  for (const absl::string_view line : absl::StrSplit(backends_.metrics.Text({}), '\n')) {
+    const bool is_stream = absl::StartsWith(line, "liquidblend_requests_total") &&
+                           absl::StrContains(line, "GET /v1/stream");
+    if (is_stream) counts.emplace_back(line.substr(line.find("code=")));
+  }
+  EXPECT_THAT(counts, testing::UnorderedElementsAre(
+                          HasSubstr(R"(code="1000")"),
+                          testing::AllOf(HasSubstr(R"(code="4000")"), testing::EndsWith(" 7"))));
+  const std::string log = testing::internal::GetCapturedStderr();
+  EXPECT_THAT(log, HasSubstr(R"("error":"closed by the client: 'broken'")"));
+  EXPECT_THAT(log, testing::Not(HasSubstr(R"("level":"error")")));
 }
 
 // Boost.Beast deadlocks if it reads a malformed frame while it closes the connection. Both frames
