@@ -3,6 +3,8 @@
 #include <openssl/crypto.h>
 #include <sys/stat.h>
 
+#include <utility>
+
 #include "absl/strings/match.h"
 #include "absl/strings/str_cat.h"
 #include "absl/strings/strip.h"
@@ -12,10 +14,12 @@
 namespace liquidblend::server {
 namespace {
 
+constexpr char kMissing[] = "missing";  // the stamp of no file
+
 // Changes whenever the file does: written in place, replaced, or a link to it turned elsewhere.
 std::string StampOf(const std::string& path) {
   struct stat info = {};
-  if (stat(path.c_str(), &info) != 0) return "missing";
+  if (stat(path.c_str(), &info) != 0) return kMissing;
   return absl::StrCat(info.st_dev, " ", info.st_ino, " ", info.st_size, " ", info.st_mtim.tv_sec,
                       " ", info.st_mtim.tv_nsec, " ", info.st_ctim.tv_sec, " ",
                       info.st_ctim.tv_nsec);
@@ -102,16 +106,28 @@ std::vector<Principal> Authorizer::Principals() const {
 
 absl::Status Authorizer::ReloadIfChanged() {
   if (path_.empty()) return absl::OkStatus();
+  const absl::MutexLock reload(&reload_mutex_);
   const std::string stamp = StampOf(path_);
-  {
-    absl::MutexLock lock(&mutex_);
-    if (stamp == stamp_) return absl::OkStatus();
-    stamp_ = stamp;
+  if (stamp == stamp_) {
+    told_.clear();
+    return absl::OkStatus();
   }
-  LB_ASSIGN_OR_RETURN(TokenFile file, ReadTokenFile(path_));
-  absl::MutexLock lock(&mutex_);
-  file_ = std::make_shared<const TokenFile>(std::move(file));
-  return absl::OkStatus();
+  absl::StatusOr<TokenFile> file = ReadTokenFile(path_);
+  const absl::Status status = file.status();
+  if (file.ok()) {
+    auto read = std::make_shared<const TokenFile>(*std::move(file));
+    absl::MutexLock lock(&mutex_);
+    file_ = std::move(read);
+  }
+  const bool is_gone = absl::IsNotFound(status);
+  if (!status.ok() && !absl::IsInvalidArgument(status) && !is_gone) {
+    // What kept it from being read may pass without a change of the file: no stamp.
+    const std::string failure = absl::StrCat(stamp, " ", status.ToString());
+    return std::exchange(told_, failure) == failure ? absl::OkStatus() : status;
+  }
+  stamp_ = is_gone ? kMissing : stamp;
+  told_.clear();
+  return status;
 }
 
 absl::string_view BearerToken(absl::string_view authorization) {

@@ -34,18 +34,22 @@ class Authorizer {
   // The principals of the file, kAnonymous included if it has it; none without a file.
   std::vector<Principal> Principals() const;
 
-  // Reads the file again if it has changed since the last call; to be called about once a second.
-  // Errors: ReadTokenFile()'s, once per change; the previous token file is kept.
+  // Reads the file again if it has changed since it was read; to be called about once a second. A
+  // file that could not be read is tried again by each call, as a token may have been revoked in
+  // it. Errors: ReadTokenFile()'s; the previous token file is kept. Each error is returned once,
+  // until the file changes or something else is wrong with it.
   absl::Status ReloadIfChanged();
 
  private:
   explicit Authorizer(std::string path) : path_(std::move(path)) {}
   std::shared_ptr<const TokenFile> File() const;
 
-  const std::string path_;  // empty: no file
+  const std::string path_;    // empty: no file
+  absl::Mutex reload_mutex_;  // taken before mutex_, and held while the file is read
+  std::string stamp_ ABSL_GUARDED_BY(reload_mutex_);  // of the file whose content is known
+  std::string told_ ABSL_GUARDED_BY(reload_mutex_);   // a failed read that was returned
   mutable absl::Mutex mutex_;
   std::shared_ptr<const TokenFile> file_ ABSL_GUARDED_BY(mutex_);
-  std::string stamp_ ABSL_GUARDED_BY(mutex_);  // of the file at the last call
 };
 
 // The token in the value of an "authorization" header; empty if there is none.

@@ -1,19 +1,19 @@
 #include "server/access/token_file.h"
 
+#include <fcntl.h>
 #include <openssl/evp.h>
 #include <sys/random.h>
 
 #include <algorithm>
-#include <filesystem>
-#include <fstream>
-#include <iterator>
+#include <cstddef>
 #include <nlohmann/json.hpp>
 #include <set>
-#include <system_error>
+#include <span>
 
 #include "absl/strings/ascii.h"
 #include "absl/strings/escaping.h"
 #include "absl/strings/str_cat.h"
+#include "core/base/posix_file.h"
 #include "core/base/status_macros.h"
 #include "server/base/errors.h"
 
@@ -22,7 +22,7 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-constexpr std::uintmax_t kMaxFileBytes = 4 << 20;
+constexpr size_t kMaxFileBytes = 4 << 20;
 constexpr size_t kMaxNameLength = 128;
 
 absl::Status Wrong(const std::string& where, absl::string_view what) {
@@ -172,6 +172,19 @@ std::string RandomToken() {
   return token;
 }
 
+// The file's content; of one that is too large the first kMaxFileBytes + 1.
+absl::StatusOr<std::string> ReadText(const std::string& path) {
+  // A pipe that nobody writes to must not stop the server.
+  LB_ASSIGN_OR_RETURN(const base::FileHandle file, base::OpenFile(path, O_RDONLY | O_NONBLOCK));
+  LB_ASSIGN_OR_RETURN(const size_t size, base::SizeOfFile(file, path));
+  const size_t num_read = std::min(size, kMaxFileBytes + 1);
+  std::string text;
+  LB_RETURN_IF_ERROR(base::ReadAll(file, num_read, path, [&](std::span<const std::byte> bytes) {
+    text.append(reinterpret_cast<const char*>(bytes.data()), bytes.size());
+  }));
+  return text;
+}
+
 }  // namespace
 
 TokenHash HashToken(absl::string_view token) {
@@ -203,21 +216,17 @@ absl::StatusOr<TokenFile> ParseTokenFile(absl::string_view text) {
 }
 
 absl::StatusOr<TokenFile> ReadTokenFile(const std::string& path) {
-  std::error_code error;
-  const std::uintmax_t size = std::filesystem::file_size(path, error);
-  if (error) {
-    return absl::NotFoundError(absl::StrCat("tokens '", path, "': ", error.message()));
+  const absl::StatusOr<std::string> text = ReadText(path);
+  if (!text.ok()) {
+    const std::string message = absl::StrCat("tokens: ", text.status().message());
+    if (absl::IsNotFound(text.status())) return absl::NotFoundError(message);
+    return absl::FailedPreconditionError(message);
   }
-  if (size > kMaxFileBytes) {
+  if (text->size() > kMaxFileBytes) {
     return absl::InvalidArgumentError(
-        absl::StrCat("tokens '", path, "' has ", size, " bytes; at most ", kMaxFileBytes));
+        absl::StrCat("tokens '", path, "' has more than ", kMaxFileBytes, " bytes"));
   }
-  std::ifstream input(path, std::ios::binary);
-  const std::string text((std::istreambuf_iterator<char>(input)), std::istreambuf_iterator<char>());
-  if (!input.is_open() || input.bad()) {
-    return absl::PermissionDeniedError(absl::StrCat("tokens '", path, "' cannot be read"));
-  }
-  absl::StatusOr<TokenFile> file = ParseTokenFile(text);
+  absl::StatusOr<TokenFile> file = ParseTokenFile(*text);
   if (file.ok()) return file;
   return absl::InvalidArgumentError(absl::StrCat("tokens '", path, "': ", file.status().message()));
 }

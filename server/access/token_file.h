@@ -31,8 +31,8 @@ struct TokenFile {
 // Errors: kInvalidArgument that names the entry and the field at fault, and never shows a hash.
 absl::StatusOr<TokenFile> ParseTokenFile(absl::string_view json);
 
-// Errors: kNotFound, kPermissionDenied... if it cannot be read, kInvalidArgument as above; messages
-// name the path.
+// Errors: kInvalidArgument as above, or if it is too large; kNotFound if there is none;
+// kFailedPrecondition if it cannot be read, which may pass. Messages name the path.
 absl::StatusOr<TokenFile> ReadTokenFile(const std::string& path);
 
 struct NewToken {

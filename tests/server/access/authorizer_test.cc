@@ -2,6 +2,8 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <sys/resource.h>
+#include <sys/stat.h>
 
 #include <filesystem>
 #include <fstream>
@@ -15,6 +17,22 @@ namespace {
 using store::Fails;
 using testing::HasSubstr;
 using testing::Not;
+
+// Meanwhile no file can be opened, as if too many were.
+class NoFilesLeft {
+ public:
+  NoFilesLeft() {
+    EXPECT_EQ(getrlimit(RLIMIT_NOFILE, &before_), 0);
+    const rlimit none = {0, before_.rlim_max};
+    EXPECT_EQ(setrlimit(RLIMIT_NOFILE, &none), 0);
+  }
+  ~NoFilesLeft() { EXPECT_EQ(setrlimit(RLIMIT_NOFILE, &before_), 0); }
+  NoFilesLeft(const NoFilesLeft&) = delete;
+  NoFilesLeft& operator=(const NoFilesLeft&) = delete;
+
+ private:
+  rlimit before_ = {};
+};
 
 class AuthorizerTest : public testing::Test {
  protected:
@@ -125,6 +143,44 @@ TEST_F(AuthorizerTest, ABrokenNewFileIsToldOfOnceAndTheFormerOneStays) {
   std::filesystem::remove(path());
   EXPECT_THAT(authorizer->ReloadIfChanged(), Fails(absl::StatusCode::kNotFound, "tokens.json"));
   EXPECT_TRUE(authorizer->Check(token, "", "").ok());
+}
+
+TEST_F(AuthorizerTest, AFileThatCannotBeReadForAMomentIsReadLater) {
+  const std::string revoked = Write("revoked");
+  const auto authorizer = *Authorizer::Open(path());
+  const std::string after = Write("after");
+  {
+    const NoFilesLeft none;
+    EXPECT_THAT(authorizer->ReloadIfChanged(),
+                Fails(absl::StatusCode::kFailedPrecondition, "tokens.json: Too many open files"));
+    EXPECT_TRUE(authorizer->Check(revoked, "", "").ok());
+  }
+  EXPECT_TRUE(authorizer->ReloadIfChanged().ok());
+  ASSERT_FALSE(authorizer->Check(revoked, "", "").ok());
+  EXPECT_EQ(authorizer->Check(after, "", "")->name, "after");
+}
+
+TEST_F(AuthorizerTest, AFileThatCannotBeReadIsToldOfOnceForEachChange) {
+  Write("before");
+  const auto authorizer = *Authorizer::Open(path());
+  for (const char* name : {"one", "other"}) {
+    Write(name);
+    const NoFilesLeft none;
+    EXPECT_FALSE(authorizer->ReloadIfChanged().ok()) << name;
+    for (int look = 0; look < 3; ++look) EXPECT_TRUE(authorizer->ReloadIfChanged().ok()) << name;
+  }
+  EXPECT_TRUE(authorizer->ReloadIfChanged().ok());
+  Write("last");
+  const NoFilesLeft none;
+  EXPECT_FALSE(authorizer->ReloadIfChanged().ok()) << "in between it was read";
+}
+
+// A pipe would keep whoever opens it.
+TEST_F(AuthorizerTest, OnlyAFileIsRead) {
+  ASSERT_EQ(mkfifo(path().c_str(), 0600), 0);
+  EXPECT_THAT(Authorizer::Open(path()).status(),
+              Fails(absl::StatusCode::kFailedPrecondition, "not a regular file"));
+  EXPECT_FALSE(Authorizer::Open(folder_.path()).ok());
 }
 
 TEST_F(AuthorizerTest, ABrokenFileAtTheStartIsRefused) {
