@@ -239,6 +239,8 @@ class HttpSession final : public Connection, public std::enable_shared_from_this
     if (response.lines != nullptr) {
       is_last_ |= version_ < 11;
       response_.chunked(version_ >= 11);
+    } else if (response.left_out_bytes.has_value()) {
+      response_.content_length(*response.left_out_bytes);
     } else if (response.code != 204 && response.code != 304) {
       response_.prepare_payload();
     }

@@ -311,8 +311,9 @@ void Router::Dispatch(const ExchangePtr& exchange) {
     case Resource::kAnimationFrame:
       return AnswerAnimationFrame(api_, exchange);
     case Resource::kPage:
-      return exchange->Finish(
-          PageReply(options_.page, SplitTarget(exchange->request.target).path, exchange->request));
+      return exchange->FinishBy([&] {
+        return page_.Reply(SplitTarget(exchange->request.target).path, exchange->request);
+      });
     case Resource::kStream:
       return exchange->Finish(UpgradeRequired());
     case Resource::kMethod:

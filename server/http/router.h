@@ -52,12 +52,13 @@ class Router {
   Router(server::Api& api, RouterOptions options)
       : api_(api),
         options_(std::move(options)),
+        page_(options_.page),
         bodies_(std::make_shared<MemoryBudget>(options_.max_bodies_bytes)),
         answers_(std::make_shared<MemoryBudget>(options_.max_answers_bytes)) {}
 
   // Answers a request by Exchange::Finish(), which calls `done` once: at once, or on a thread of
-  // the API. If the result wants a body, its pieces are to be given to it. HEAD gets its body, too.
-  // The result can cancel the work on the answer.
+  // the API. If the result wants a body, its pieces are to be given to it. HEAD gets its body, too,
+  // but for files of the page. The result can cancel the work on the answer.
   ExchangePtr Answer(const Request& request, Exchange::Done done);
 
   // Whether the path is that of the WebSocket.
@@ -98,6 +99,7 @@ class Router {
 
   server::Api& api_;
   const RouterOptions options_;
+  const Page page_;
   const Routes routes_;
   const std::shared_ptr<MemoryBudget> bodies_;   // of requests
   const std::shared_ptr<MemoryBudget> answers_;  // until they have gone out

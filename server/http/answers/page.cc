@@ -3,6 +3,8 @@
 #include <zlib.h>
 
 #include <algorithm>
+#include <new>
+#include <string>
 
 #include "absl/status/status.h"
 #include "absl/strings/match.h"
@@ -14,27 +16,33 @@ namespace {
 
 constexpr char kIndex[] = "/";
 constexpr int kGzip = 16 + MAX_WBITS;  // of inflateInit2()
+constexpr size_t kSizeBytes = 4;
 constexpr char kContentSecurityPolicy[] =
     "default-src 'none'; script-src 'self' 'wasm-unsafe-eval'; worker-src 'self'; "
     "style-src 'self'; img-src 'self' blob: data:; connect-src 'self'; font-src 'self'; "
     "base-uri 'none'; form-action 'none'; frame-ancestors 'none'";
 
-// Requires: bytes that pack_page.py has compressed.
+// The last bytes of what gzip writes, lowest first. Requires: it is a single member below 4 GiB.
+size_t UnpackedSize(std::string_view gzip) {
+  if (gzip.size() < kSizeBytes) return 0;
+  size_t size = 0;
+  for (size_t k = 1; k <= kSizeBytes; ++k) {
+    size = 256 * size + static_cast<unsigned char>(gzip[gzip.size() - k]);
+  }
+  return size;
+}
+
 std::string Unpacked(std::string_view gzip) {
+  std::string bytes(UnpackedSize(gzip), '\0');
   z_stream stream = {};
-  if (inflateInit2(&stream, kGzip) != Z_OK) return "";
+  if (inflateInit2(&stream, kGzip) != Z_OK) throw std::bad_alloc();
   stream.next_in = reinterpret_cast<Bytef*>(const_cast<char*>(gzip.data()));
   stream.avail_in = static_cast<uInt>(gzip.size());
-  std::string bytes;
-  char chunk[1 << 14];
-  int result = Z_OK;
-  while (result == Z_OK) {
-    stream.next_out = reinterpret_cast<Bytef*>(chunk);
-    stream.avail_out = sizeof(chunk);
-    result = inflate(&stream, Z_NO_FLUSH);
-    bytes.append(chunk, sizeof(chunk) - stream.avail_out);
-  }
+  stream.next_out = reinterpret_cast<Bytef*>(bytes.data());
+  stream.avail_out = static_cast<uInt>(bytes.size());
+  const int result = inflate(&stream, Z_FINISH);
   inflateEnd(&stream);
+  if (result == Z_MEM_ERROR) throw std::bad_alloc();
   return bytes;
 }
 
@@ -47,10 +55,10 @@ Response NoFile(PageFiles files) {
 
 }  // namespace
 
-Response PageReply(PageFiles files, std::string_view path, const Request& request) {
-  const auto file = std::find_if(files.begin(), files.end(),
+Response Page::Reply(std::string_view path, const Request& request) const {
+  const auto file = std::find_if(files_.begin(), files_.end(),
                                  [&](const PageFile& one) { return one.path == path; });
-  if (file == files.end()) return NoFile(files);
+  if (file == files_.end()) return NoFile(files_);
   const bool is_index = path == kIndex;
   Response response;
   response.headers = {
@@ -67,7 +75,14 @@ Response PageReply(PageFiles files, std::string_view path, const Request& reques
   }
   const bool takes_gzip = absl::StrContains(request.accept_encoding, "gzip");
   if (takes_gzip) response.headers.emplace_back("Content-Encoding", "gzip");
-  response.body = takes_gzip ? std::string(file->gzip) : Unpacked(file->gzip);
+  if (request.method == "HEAD") {
+    response.left_out_bytes = takes_gzip ? file->gzip.size() : UnpackedSize(file->gzip);
+  } else if (takes_gzip) {
+    response.body = file->gzip;
+  } else {
+    const server::LazyText& unpacked = unpacked_[static_cast<size_t>(file - files_.begin())];
+    response.body = unpacked.Of([&] { return Unpacked(file->gzip); });
+  }
   return response;
 }
 

@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -34,6 +35,7 @@ struct Response {
   int code = 200;
   std::vector<std::pair<std::string, std::string>> headers;  // without those of the connection
   std::string body;                                          // empty for codes 204 and 304
+  std::optional<uint64_t> left_out_bytes;                    // of a body that HEAD does not need
   bool is_frame = false;                                     // for metrics
   std::string error;                                         // for the log; empty: success
   std::shared_ptr<LineSource> lines;  // instead of the body, if there are any

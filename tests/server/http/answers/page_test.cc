@@ -4,6 +4,9 @@
 
 #include <fstream>
 #include <map>
+#include <string>
+#include <thread>
+#include <vector>
 
 #include "server/access/token_file.h"
 #include "tests/server/http/port_testing.h"
@@ -37,8 +40,9 @@ TEST(PackPage, TakesTheIndexAndWhatIsBelow) {
 }
 
 TEST(Page, FilesComeWithTheirTypeAndTheirLife) {
+  const Page page(FakePage());
   Request request;
-  const Response index = PageReply(FakePage(), "/", request);
+  const Response index = page.Reply("/", request);
   EXPECT_EQ(index.code, 200);
   EXPECT_THAT(index.body, StartsWith("<!doctype html>"));
   auto headers = HeadersOf(index);
@@ -48,19 +52,56 @@ TEST(Page, FilesComeWithTheirTypeAndTheirLife) {
   EXPECT_EQ(headers["Referrer-Policy"], "no-referrer");
   EXPECT_FALSE(headers.contains("Content-Encoding"));
   request.accept_encoding = "br, gzip;q=0.8";
-  const Response script = PageReply(FakePage(), "/page/main-1a2b.js", request);
+  const Response script = page.Reply("/page/main-1a2b.js", request);
   headers = HeadersOf(script);
   EXPECT_EQ(headers["Content-Encoding"], "gzip");
   EXPECT_EQ(script.body, FakePage()[2].gzip);
   EXPECT_EQ(headers["Cache-Control"], "public, immutable, max-age=31536000");
   request.if_none_match = headers["ETag"];
-  EXPECT_EQ(PageReply(FakePage(), "/page/main-1a2b.js", request).code, 304);
-  EXPECT_EQ(PageReply(FakePage(), "/", request).code, 200);
+  EXPECT_EQ(page.Reply("/page/main-1a2b.js", request).code, 304);
+  EXPECT_EQ(page.Reply("/", request).code, 200);
+}
+
+// Whoever asks for it needs no token.
+TEST(Page, AFileIsUnpackedOnce) {
+  std::string gzip(FakePage()[0].gzip);
+  const PageFile file = {"/", "text/html", gzip, "\"tag\""};
+  const Page page(PageFiles(&file, 1));
+  std::vector<std::string> bodies(8);
+  {
+    std::vector<std::jthread> clients;
+    for (std::string& body : bodies) {
+      clients.emplace_back([&] { body = page.Reply("/", {}).body; });
+    }
+  }
+  gzip.assign(gzip.size(), '\1');
+  bodies.push_back(page.Reply("/", {}).body);
+  for (const std::string& body : bodies) EXPECT_EQ(body, bodies[0]);
+  EXPECT_THAT(bodies[0], StartsWith("<!doctype html>"));
+}
+
+TEST(Page, HeadUnpacksNothing) {
+  const size_t size = Page(FakePage()).Reply("/", {}).body.size();
+  std::string gzip(FakePage()[0].gzip);
+  const size_t num_spoilt = gzip.size() - 4;  // the size is behind them
+  gzip.replace(0, num_spoilt, num_spoilt, 'x');
+  const PageFile file = {"/", "text/html", gzip, "\"tag\""};
+  const Page page(PageFiles(&file, 1));
+  Request request;
+  request.method = "HEAD";
+  Response head = page.Reply("/", request);
+  EXPECT_EQ(head.left_out_bytes, size);
+  EXPECT_EQ(head.body, "");
+  request.accept_encoding = "gzip";
+  head = page.Reply("/", request);
+  EXPECT_EQ(head.left_out_bytes, gzip.size());
+  EXPECT_EQ(head.body, "");
 }
 
 TEST(Page, WhatIsNotThereIsNotFound) {
-  EXPECT_EQ(PageReply(FakePage(), "/page/none.js", {}).code, 404);
-  const Response left_out = PageReply({}, "/", {});
+  const Page page(FakePage());
+  EXPECT_EQ(page.Reply("/page/none.js", {}).code, 404);
+  const Response left_out = Page({}).Reply("/", {});
   EXPECT_EQ(left_out.code, 404);
   EXPECT_THAT(left_out.body, HasSubstr("was left out of this program"));
 }
@@ -79,8 +120,12 @@ TEST_F(PageTest, IsServedAtTheRoot) {
   EXPECT_THAT(client.Get("/").body, HasSubstr("<title>liquidblend</title>"));
   EXPECT_THAT(client.Get("/?family=splash&family=%ff").body, HasSubstr("<title>"))
       << "its state is there";
-  HttpReply head = client.Request("HEAD", "/");
-  EXPECT_EQ(head.code, 200);
+  for (const char* encoding : {"", "Accept-Encoding: gzip\r\n"}) {
+    const HttpReply get = client.Get("/", encoding);
+    HttpReply head = client.Request("HEAD", "/", encoding);
+    EXPECT_EQ(head.code, 200);
+    EXPECT_EQ(head.headers["content-length"], absl::StrCat(get.body.size())) << encoding;
+  }
   EXPECT_EQ(client.Get("/page/decoder-3c4d.wasm").body.size(), 8U);
   for (const char* target : {"/page/", "/page/../index.html", "/index.html", "/page", "//"}) {
     EXPECT_EQ(client.Get(target).code, 404) << target;
