@@ -1,12 +1,18 @@
 #include "server/access/authorizer.h"
 
+#include <arpa/inet.h>
+#include <netinet/in.h>
 #include <openssl/crypto.h>
 #include <sys/stat.h>
 
+#include <algorithm>
+#include <iterator>
+#include <optional>
 #include <utility>
 
 #include "absl/strings/match.h"
 #include "absl/strings/str_cat.h"
+#include "absl/strings/str_replace.h"
 #include "absl/strings/strip.h"
 #include "core/base/status_macros.h"
 #include "server/base/errors.h"
@@ -67,6 +73,26 @@ absl::StatusOr<Principal> Find(const TokenFile& file, absl::string_view bearer,
       absl::UnauthenticatedError(
           "this server does not know the certificate's subject, and there is no token"),
       "CERTIFICATE_UNKNOWN", {{"subject", std::string(certificate_subject)}});
+}
+
+// The /64 of an IPv6 address in brackets, or the IPv4 address that is mapped to it. gRPC escapes
+// the brackets, and a zone may follow the address.
+std::optional<std::string> NetworkOfIpv6(const std::string& host) {
+  const std::string unescaped =
+      absl::StrReplaceAll(host, {{"%5B", "["}, {"%5b", "["}, {"%5D", "]"}, {"%5d", "]"}});
+  absl::string_view text = unescaped;
+  if (!absl::ConsumePrefix(&text, "[") || !absl::ConsumeSuffix(&text, "]")) return std::nullopt;
+  in6_addr address = {};
+  const std::string without_zone(text.substr(0, text.find('%')));
+  if (inet_pton(AF_INET6, without_zone.c_str(), &address) != 1) return std::nullopt;
+  char shown[INET6_ADDRSTRLEN] = {};
+  if (IN6_IS_ADDR_V4MAPPED(&address)) {
+    inet_ntop(AF_INET, &address.s6_addr[12], shown, sizeof(shown));
+    return shown;
+  }
+  std::fill(std::begin(address.s6_addr) + 8, std::end(address.s6_addr), uint8_t{0});
+  inet_ntop(AF_INET6, &address, shown, sizeof(shown));
+  return absl::StrCat(shown, "/64");
 }
 
 }  // namespace
@@ -139,8 +165,8 @@ absl::string_view BearerToken(absl::string_view authorization) {
 std::string HostOfPeer(absl::string_view peer) {
   absl::ConsumePrefix(&peer, "ipv4:");
   absl::ConsumePrefix(&peer, "ipv6:");
-  const size_t colon = peer.rfind(':');
-  return std::string(colon == absl::string_view::npos ? peer : peer.substr(0, colon));
+  const std::string host(peer.substr(0, peer.rfind(':')));
+  return NetworkOfIpv6(host).value_or(host);
 }
 
 }  // namespace liquidblend::server

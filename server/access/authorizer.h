@@ -55,7 +55,9 @@ class Authorizer {
 // The token in the value of an "authorization" header; empty if there is none.
 absl::string_view BearerToken(absl::string_view authorization);
 
-// HOST:PORT, "ipv4:HOST:PORT" -> the same without the port.
+// The host of a connection's address, by which anonymous callers are told apart: of HOST:PORT,
+// "[HOST]:PORT", or these after "ipv4:" or "ipv6:". Of IPv6 it is the /64, as one host may have all
+// addresses of that: "2001:db8:0:1::/64". An IPv4 address that is mapped to IPv6 is the IPv4 one.
 std::string HostOfPeer(absl::string_view peer);
 
 }  // namespace liquidblend::server

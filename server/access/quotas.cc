@@ -12,7 +12,6 @@ namespace {
 
 constexpr absl::Duration kStreamRetryDelay = absl::Seconds(1);
 constexpr absl::Duration kIdle = absl::Minutes(1);  // by then a budget of one call a second is full
-constexpr size_t kManyUsages = 4096;                // then idle ones are forgotten
 
 double Burst(const Principal& principal) {
   return std::max(1.0, principal.limits.requests_per_second);
@@ -84,18 +83,28 @@ absl::StatusOr<StreamPermit> Quotas::TakeStream(const Principal& principal) {
   return permit;
 }
 
+int64_t Quotas::num_sweeps() const {
+  absl::MutexLock lock(&mutex_);
+  return num_sweeps_;
+}
+
 void Quotas::GiveBack(const std::string& key) {
   absl::MutexLock lock(&mutex_);
   --usages_[key].num_streams;
 }
 
-// Anonymous callers are told apart by their hosts, of which there may be any number.
+// Anonymous callers are told apart by their hosts, of which there may be any number. A sweep looks
+// at all of them, so the next one waits until they are twice as many, or may be idle by now.
 void Quotas::ForgetIdle(absl::Time now) {
   if (usages_.size() < kManyUsages) return;
+  if (usages_.size() < num_at_next_sweep_ && now - swept_at_ <= kIdle) return;
   for (auto entry = usages_.begin(); entry != usages_.end();) {
     const bool is_idle = entry->second.num_streams == 0 && now - entry->second.time > kIdle;
     entry = is_idle ? usages_.erase(entry) : std::next(entry);
   }
+  num_at_next_sweep_ = std::max(kManyUsages, 2 * usages_.size());
+  swept_at_ = now;
+  ++num_sweeps_;
 }
 
 }  // namespace liquidblend::server

@@ -1,6 +1,8 @@
 // Quotas of principals: calls per second, and concurrent calls that last.
 #pragma once
 
+#include <cstddef>
+#include <cstdint>
 #include <functional>
 #include <map>
 #include <memory>
@@ -34,6 +36,10 @@ class Quotas {
   // Errors: kResourceExhausted (TOO_MANY_STREAMS) with google.rpc.RetryInfo.
   absl::StatusOr<StreamPermit> TakeStream(const Principal& principal);
 
+  // How often all usages were looked through for idle ones. At most once while their number
+  // doubles, and once a minute beside that.
+  int64_t num_sweeps() const;
+
  private:
   class Permit;
   struct Usage {
@@ -45,9 +51,14 @@ class Quotas {
   void GiveBack(const std::string& key);
   void ForgetIdle(absl::Time now) ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
 
+  static constexpr size_t kManyUsages = 4096;  // fewer are never looked through
+
   const std::function<absl::Time()> now_;
-  absl::Mutex mutex_;
+  mutable absl::Mutex mutex_;
   std::map<std::string, Usage> usages_ ABSL_GUARDED_BY(mutex_);  // by Principal::key
+  size_t num_at_next_sweep_ ABSL_GUARDED_BY(mutex_) = kManyUsages;
+  absl::Time swept_at_ ABSL_GUARDED_BY(mutex_) = absl::InfiniteFuture();
+  int64_t num_sweeps_ ABSL_GUARDED_BY(mutex_) = 0;
 };
 
 }  // namespace liquidblend::server

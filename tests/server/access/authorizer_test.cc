@@ -9,6 +9,7 @@
 #include <fstream>
 
 #include "absl/strings/str_cat.h"
+#include "server/access/access_controller.h"
 #include "tests/server/backends_testing.h"
 
 namespace liquidblend::server {
@@ -187,6 +188,34 @@ TEST_F(AuthorizerTest, ABrokenFileAtTheStartIsRefused) {
   Replace("no");
   EXPECT_FALSE(Authorizer::Open(path()).ok());
   EXPECT_FALSE(Authorizer::Open(folder_.path() + "/none").ok());
+}
+
+TEST_F(AuthorizerTest, AnonymousAddressesOfOneNetworkShareTheirLimits) {
+  Replace(R"({"anonymous": {"scopes": ["frames"], "limits": {"requests_per_second": 1}}})");
+  const auto authorizer = *Authorizer::Open(path());
+  AccessController access(*authorizer);
+  const auto admit = [&](absl::string_view peer) {
+    AccessGrant grant;
+    return access.Admit({"", "", peer}, {Scope::kFrames, false}, grant);
+  };
+  EXPECT_TRUE(admit("[2001:db8:0:1::1]:5000").ok());
+  EXPECT_THAT(admit("[2001:db8:0:1:ffff::2]:5000"),
+              Fails(absl::StatusCode::kResourceExhausted, "1 calls per second"));
+  EXPECT_TRUE(admit("[2001:db8:0:2::1]:5000").ok());
+}
+
+TEST(HostOfPeer, IsTheAddressWithoutItsPortAndOfIpv6TheNetwork) {
+  EXPECT_EQ(HostOfPeer("10.0.0.1:50"), "10.0.0.1");
+  EXPECT_EQ(HostOfPeer("ipv4:10.0.0.1:50"), "10.0.0.1");
+  EXPECT_EQ(HostOfPeer("localhost:50"), "localhost");
+  EXPECT_EQ(HostOfPeer("[2001:db8:0:1:2:3:4:5]:50"), "2001:db8:0:1::/64");
+  EXPECT_EQ(HostOfPeer("ipv6:[2001:db8:0:1::9]:50"), "2001:db8:0:1::/64");
+  EXPECT_EQ(HostOfPeer("ipv6:%5B2001:db8:0:1::9%5D:50"), "2001:db8:0:1::/64");
+  EXPECT_EQ(HostOfPeer("ipv6:%5Bfe80::1%25eth0%5D:50"), "fe80::/64");
+  EXPECT_EQ(HostOfPeer("[::ffff:10.0.0.1]:50"), "10.0.0.1");
+  EXPECT_EQ(HostOfPeer("[no address]:50"), "[no address]");
+  EXPECT_EQ(HostOfPeer("unix:/tmp/socket"), "unix");
+  EXPECT_EQ(HostOfPeer(""), "");
 }
 
 TEST(BearerToken, IsWhatFollowsTheScheme) {

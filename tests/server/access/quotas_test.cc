@@ -75,5 +75,27 @@ TEST_F(QuotasTest, ForgettingIdleCallersForgetsNoOpenStream) {
   EXPECT_FALSE(quotas_.TakeStream(viewer).ok());
 }
 
+// A look at all callers for each call would take time quadratic in their number.
+TEST_F(QuotasTest, ManyCallersAreLookedThroughRarely) {
+  const auto call_from = [&](int first, int last) {
+    for (int k = first; k < last; ++k) {
+      Principal passing = Named(absl::StrCat("passing ", k));
+      passing.limits.requests_per_second = 1;
+      passing.limits.max_streams = 1;
+      EXPECT_TRUE(quotas_.CountRequest(passing).ok());
+      EXPECT_TRUE(quotas_.TakeStream(passing).ok());
+    }
+  };
+  call_from(0, 20'000);
+  EXPECT_LE(quotas_.num_sweeps(), 3) << "none of them is idle yet";
+  const int64_t num_before = quotas_.num_sweeps();
+  now_ += absl::Minutes(2);
+  call_from(0, 1);
+  EXPECT_EQ(quotas_.num_sweeps(), num_before + 1);
+  now_ += absl::Minutes(2);
+  call_from(20'000, 24'000);
+  EXPECT_EQ(quotas_.num_sweeps(), num_before + 1) << "idle ones are still there";
+}
+
 }  // namespace
 }  // namespace liquidblend::server
