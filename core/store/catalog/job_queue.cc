@@ -179,6 +179,7 @@ absl::StatusOr<pb::JobRecord> SubmitRegistration(Sql& sql, pb::JobRecord job,
   if (earlier.has_value()) return *std::move(earlier);
   const std::string& family = job.register_family().family();
   auto existing = FindFamily(sql, family);
+  if (!existing.ok() && !absl::IsNotFound(existing.status())) return existing.status();
   if (job.register_family().must_be_new() && existing.ok() && existing->version() > 0) {
     return absl::AlreadyExistsError(
         absl::StrCat("family '", family, "' exists already, in version ", existing->version()));
@@ -188,13 +189,11 @@ absl::StatusOr<pb::JobRecord> SubmitRegistration(Sql& sql, pb::JobRecord job,
   }
   LB_RETURN_IF_ERROR(CheckNobodyWorksOn(sql, SubjectOf(job)));
   LB_RETURN_IF_ERROR(AskAboutOwner(sql, job, check));
-  if (absl::IsNotFound(existing.status())) {
+  if (!existing.ok()) {
     pb::FamilyRecord record;
     record.set_id(family);
     *record.mutable_create_time() = *record.mutable_update_time() = ToTimestamp(now);
     LB_RETURN_IF_ERROR(SaveFamily(sql, record));
-  } else if (!existing.ok()) {
-    return existing.status();
   } else if (existing->has_failed_registration()) {
     existing->clear_failed_registration();
     LB_RETURN_IF_ERROR(SaveFamily(sql, *existing));

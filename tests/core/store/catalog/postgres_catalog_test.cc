@@ -411,6 +411,22 @@ TEST_F(PostgresCatalogTest, GivesUpWaitingForWhoeverHoldsALock) {
   EXPECT_THAT(catalog->SubmitImport(AnimationCalled("a"), ImportOf("a")), Succeeds());
 }
 
+// After a statement that failed, PostgreSQL refuses all others of the transaction. The caller must
+// get the first error: it says that the same call may succeed later.
+TEST_F(PostgresCatalogTest, ARegistrationThatCannotLookForItsFamilyEndsAtOnce) {
+  CatalogOptions options;
+  options.busy_timeout = absl::Milliseconds(500);
+  const auto catalog = MustOpen(options);
+  const auto other = OpenConnection();
+  EXPECT_THAT(other->Transaction([&] {
+    EXPECT_THAT(other->Run("LOCK TABLE families IN ACCESS EXCLUSIVE MODE"), Succeeds());
+    EXPECT_THAT(catalog->SubmitRegistration(RegistrationOf("f", "a", {"b"})),
+                Fails(Code::kUnavailable, "timeout"));
+    return absl::OkStatus();
+  }),
+              Succeeds());
+}
+
 TEST_F(PostgresCatalogTest, WorkersPublishBesideEachOther) {
   CatalogOptions hasty_options;
   hasty_options.busy_timeout = absl::Milliseconds(500);
