@@ -339,13 +339,17 @@ absl::Status FailJob(Sql& sql, const std::string& lease_id, const absl::Status& 
   return PutOff(sql, now + PauseAfter(num_failures, options), now, std::move(row.record));
 }
 
-absl::Status ReleaseJob(Sql& sql, const std::string& lease_id, absl::Time now) {
+absl::StatusOr<bool> ReleaseJob(Sql& sql, const std::string& lease_id, absl::Time now) {
   LB_ASSIGN_OR_RETURN(JobRow row, FindLeasedJob(sql, lease_id));
-  if (row.record.cancel_requested()) {
-    return FinishWithError(sql, row.record, CancelledStatus(row.record), now);
-  }
+  if (row.record.cancel_requested()) return false;
   HandBack(now, row.record);
-  return UpdateJob(sql, {std::move(row.record), "", 0});
+  LB_RETURN_IF_ERROR(UpdateJob(sql, {std::move(row.record), "", 0}));
+  return true;
+}
+
+absl::Status CancelLeasedJob(Sql& sql, const std::string& lease_id, absl::Time now) {
+  LB_ASSIGN_OR_RETURN(JobRow row, FindLeasedJob(sql, lease_id));
+  return FinishWithError(sql, row.record, CancelledStatus(row.record), now);
 }
 
 absl::Status RequestCancel(Sql& sql, const std::string& job_id, absl::Time now) {

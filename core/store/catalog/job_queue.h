@@ -1,7 +1,7 @@
 // The job queue of the catalog. Each function runs inside a transaction of its caller; its contract
-// is in catalog.h. LeaseJob(), Heartbeat() and SaveCheckpoint() change one row that they have
-// locked, and may run beside other transactions (SqlBackend::ChangeJob); the other functions may
-// not.
+// is in catalog.h. LeaseJob(), Heartbeat(), SaveCheckpoint() and ReleaseJob() change one row that
+// they have locked, and may run beside other transactions (SqlBackend::ChangeJob); the other
+// functions may not.
 #pragma once
 
 #include <optional>
@@ -49,7 +49,10 @@ absl::Status FinishChild(Sql& sql, const std::string& lease_id, const std::strin
                          absl::Time now);
 absl::Status FailJob(Sql& sql, const std::string& lease_id, const absl::Status& error, bool retry,
                      const RetryOptions& options, absl::Time now);
-absl::Status ReleaseJob(Sql& sql, const std::string& lease_id, absl::Time now);
+// Gives the job back by changing its row alone. Returns false, and changes nothing, if it was to be
+// cancelled; then CancelLeasedJob() ends it.
+absl::StatusOr<bool> ReleaseJob(Sql& sql, const std::string& lease_id, absl::Time now);
+absl::Status CancelLeasedJob(Sql& sql, const std::string& lease_id, absl::Time now);
 // Cancels a job: see Catalog.
 absl::Status RequestCancel(Sql& sql, const std::string& job_id, absl::Time now);
 

@@ -307,8 +307,14 @@ class SqlCatalog : public Catalog {
       return store::FailJob(sql, lease_id, error, retry, options_.retry, now);
     });
   }
+  // Beside other changes, since a thousand workers may be stopped at once, and have seconds to give
+  // their jobs back.
   absl::Status ReleaseJob(const std::string& lease_id) override {
-    return Change([&](Sql& sql, absl::Time now) { return store::ReleaseJob(sql, lease_id, now); });
+    LB_ASSIGN_OR_RETURN(const bool is_released, ChangeJob([&](Sql& sql, absl::Time now) {
+                          return store::ReleaseJob(sql, lease_id, now);
+                        }));
+    if (is_released) return absl::OkStatus();
+    return Change([&](Sql& sql, absl::Time now) { return CancelLeasedJob(sql, lease_id, now); });
   }
   absl::Status RequestCancel(const std::string& job_id) override {
     return Change([&](Sql& sql, absl::Time now) { return store::RequestCancel(sql, job_id, now); });

@@ -459,6 +459,35 @@ TEST_F(PostgresCatalogTest, WorkersPublishBesideEachOther) {
   EXPECT_THAT(catalog->PublishAnimation(leases[1], AnimationCalled("b")), Succeeds());
 }
 
+// Many workers may be stopped at once, and each has three seconds.
+TEST_F(PostgresCatalogTest, AWorkerGivesItsJobBackBesideOtherChanges) {
+  CatalogOptions options;
+  options.busy_timeout = absl::Milliseconds(500);
+  const auto catalog = MustOpen(options);
+  std::vector<Lease> leases;
+  for (const std::string id : {"a", "b"}) {
+    ASSERT_THAT(catalog->SubmitImport(AnimationCalled(id), ImportOf(id)), Succeeds());
+    const auto lease = catalog->LeaseJob("worker", absl::Minutes(1));
+    ASSERT_TRUE(lease.ok() && lease->has_value());
+    leases.push_back(**lease);
+  }
+  ASSERT_THAT(catalog->RequestCancel(leases[1].job.id()), Succeeds());
+  const auto other = OpenConnection();
+  EXPECT_THAT(other->Transaction([&] {
+    EXPECT_THAT(other->Run("SELECT 1 FROM catalog_version FOR UPDATE"), Succeeds());
+    EXPECT_THAT(catalog->ReleaseJob(leases[0].lease_id), Succeeds());
+    // The end of a cancelled job changes more than its row.
+    EXPECT_THAT(catalog->ReleaseJob(leases[1].lease_id),
+                Fails(Code::kUnavailable, kOthersHoldTheLock));
+    return absl::OkStatus();
+  }),
+              Succeeds());
+  EXPECT_EQ(catalog->GetJob(leases[0].job.id())->state(), pb::JobRecord::QUEUED);
+  EXPECT_THAT(catalog->ReleaseJob(leases[1].lease_id), Succeeds());
+  EXPECT_EQ(catalog->GetJob(leases[1].job.id())->state(), pb::JobRecord::CANCELLED);
+  EXPECT_EQ(catalog->GetAnimation("b")->state(), pb::AnimationRecord::FAILED);
+}
+
 // A change that has to wait gives its connection back for a moment, and takes its turn again.
 TEST_F(PostgresCatalogTest, AChangeOutlastsOneThatTakesLong) {
   CatalogOptions options;
