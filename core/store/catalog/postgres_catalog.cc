@@ -127,10 +127,15 @@ constexpr int64_t kPostgresSchemaVersion = std::size(kPostgresMigrations);
 constexpr int64_t kPostgresFirstWithOwners = 4;
 constexpr absl::Duration kSlowPoll = absl::Seconds(5);
 constexpr char kChannel[] = "liquidblend_jobs";
+constexpr char kSelectVersion[] = "SELECT version FROM catalog_version";
+
+absl::Status CheckIsCurrent(const Sql& sql, int64_t version) {
+  return CheckTablesVersion(sql, version, kPostgresSchemaVersion, kPostgresSchemaVersion);
+}
 
 absl::Status CheckIsCurrent(Sql& sql) {
-  LB_ASSIGN_OR_RETURN(const int64_t version, QueryInt(sql, "SELECT version FROM catalog_version"));
-  return CheckTablesVersion(sql, version, kPostgresSchemaVersion, kPostgresSchemaVersion);
+  LB_ASSIGN_OR_RETURN(const int64_t version, QueryInt(sql, kSelectVersion));
+  return CheckIsCurrent(sql, version);
 }
 
 absl::StatusOr<int64_t> CountRelations(Sql& sql, absl::string_view condition) {
@@ -195,7 +200,7 @@ absl::StatusOr<bool> HasTables(PostgresConnection& sql) {
       const int64_t num_ours,
       CountTables(sql, " AND relname IN ('catalog_version', 'jobs', 'family_uses')"));
   if (num_ours != 3) return false;
-  LB_ASSIGN_OR_RETURN(const int64_t version, QueryInt(sql, "SELECT version FROM catalog_version"));
+  LB_ASSIGN_OR_RETURN(const int64_t version, QueryInt(sql, kSelectVersion));
   return version == kPostgresSchemaVersion;
 }
 
@@ -282,9 +287,15 @@ class PostgresBackend : public SqlBackend {
                       body);
   }
 
+  // Without a lock, so tables that change between the check and the body go unnoticed until the
+  // next call about the job.
   absl::Status ChangeJob(Body body) override {
-    return pool_.Use(
-        [&](PostgresConnection& sql) { return sql.Transaction([&] { return body(sql); }); });
+    return pool_.Use([&](PostgresConnection& sql) {
+      return sql.TransactionAfter(kSelectVersion, [&](int64_t version) -> absl::Status {
+        LB_RETURN_IF_ERROR(CheckIsCurrent(sql, version));
+        return body(sql);
+      });
+    });
   }
 
   // Asks `until_next` after a notification of a job (or of a pause before its next attempt), and

@@ -172,26 +172,38 @@ absl::Status PostgresConnection::RunStatement(absl::string_view statement,
 }
 
 absl::Status PostgresConnection::RunScript(const std::string& script) {
-  return Guard("run", [&] {
+  return QueryByScript(script).status();
+}
+
+absl::StatusOr<int64_t> PostgresConnection::QueryByScript(const std::string& script) {
+  pqxx::result rows;
+  LB_RETURN_IF_ERROR(Guard("run", [&] {
     pqxx::nontransaction work(*impl_->connection);
-    work.exec(script);
-  });
+    rows = work.exec(script);
+  }));
+  return rows.empty() || rows.columns() == 0 ? 0 : PostgresRow(rows.front()).Int(0);
 }
 
 absl::Status PostgresConnection::Transaction(absl::FunctionRef<absl::Status()> body) {
-  return RunBetween("BEGIN", /*may_lock=*/true, body);
+  return RunBetween("BEGIN", /*may_lock=*/true, [&](int64_t) { return body(); });
+}
+
+absl::Status PostgresConnection::TransactionAfter(absl::string_view query,
+                                                  absl::FunctionRef<absl::Status(int64_t)> body) {
+  return RunBetween(absl::StrCat("BEGIN; ", query), /*may_lock=*/true, body);
 }
 
 absl::Status PostgresConnection::Snapshot(absl::FunctionRef<absl::Status()> body) {
-  return RunBetween("BEGIN ISOLATION LEVEL REPEATABLE READ READ ONLY", /*may_lock=*/false, body);
+  return RunBetween("BEGIN ISOLATION LEVEL REPEATABLE READ READ ONLY", /*may_lock=*/false,
+                    [&](int64_t) { return body(); });
 }
 
 absl::Status PostgresConnection::RunBetween(const std::string& begin, bool may_lock,
-                                            absl::FunctionRef<absl::Status()> body) {
-  LB_RETURN_IF_ERROR(RunScript(begin));
-  may_lock_ = may_lock;
+                                            absl::FunctionRef<absl::Status(int64_t)> body) {
   absl::Cleanup roll_back = [this] { RollBack(); };  // also if the body throws
-  LB_RETURN_IF_ERROR(body());
+  LB_ASSIGN_OR_RETURN(const int64_t first, QueryByScript(begin));
+  may_lock_ = may_lock;
+  LB_RETURN_IF_ERROR(body(first));
   std::move(roll_back).Cancel();
   may_lock_ = false;
   const absl::Status status = RunScript("COMMIT");

@@ -51,6 +51,10 @@ class PostgresConnection : public Sql {
   // BEGIN, body, COMMIT; ROLLBACK if the body throws or fails. READ COMMITTED: each statement sees
   // what is committed when it begins.
   absl::Status Transaction(absl::FunctionRef<absl::Status()> body);
+  // The same with a query as its first statement, which is sent along with BEGIN, so that it costs
+  // no round trip. The body gets the first column of its only row, an integer.
+  absl::Status TransactionAfter(absl::string_view query,
+                                absl::FunctionRef<absl::Status(int64_t)> body);
   // BEGIN, body, COMMIT of statements that only read. REPEATABLE READ: all of them see what is
   // committed when the first one begins.
   absl::Status Snapshot(absl::FunctionRef<absl::Status()> body);
@@ -72,7 +76,10 @@ class PostgresConnection : public Sql {
                             EachRow each_row) override;
   absl::Status Configure();
   absl::Status RunBetween(const std::string& begin, bool may_lock,
-                          absl::FunctionRef<absl::Status()> body);
+                          absl::FunctionRef<absl::Status(int64_t)> body);
+  // Runs statements without values; returns the first column of the last one's only row, an
+  // integer, or 0 if it has no rows.
+  absl::StatusOr<int64_t> QueryByScript(const std::string& script);
   void RollBack();
   // Runs `action`, which may throw exceptions of libpqxx, and returns them as statuses.
   absl::Status Guard(absl::string_view what, absl::FunctionRef<void()> action);

@@ -225,6 +225,11 @@ TEST_F(PostgresCatalogTest, StatementsOfTheFormerVersionFail) {
 
 TEST_F(PostgresCatalogTest, RefusesTheCatalogOfANewerProgram) {
   const auto catalog = MustOpen();
+  for (const char* id : {"b", "c"}) {
+    ASSERT_THAT(catalog->SubmitImport(AnimationCalled(id), ImportOf(id)), Succeeds());
+  }
+  const auto lease = catalog->LeaseJob("worker", absl::Minutes(1));
+  ASSERT_TRUE(lease.ok() && lease->has_value());
   EXPECT_EQ(Run("SELECT version FROM catalog_version"), "6");
   Run("UPDATE catalog_version SET version = 7");
   EXPECT_THAT(OpenPostgresCatalog(url_),
@@ -234,6 +239,14 @@ TEST_F(PostgresCatalogTest, RefusesTheCatalogOfANewerProgram) {
               Fails(Code::kFailedPrecondition, "has schema version 7"));
   EXPECT_THAT(catalog->SubmitImport(AnimationCalled("a"), ImportOf("a")),
               Fails(Code::kFailedPrecondition, "has schema version 7"));
+  // A worker neither takes a job, whose result would be refused, nor keeps one.
+  EXPECT_THAT(catalog->LeaseJob("worker", absl::Minutes(1)),
+              Fails(Code::kFailedPrecondition, "has schema version 7"));
+  EXPECT_THAT(catalog->Heartbeat((*lease)->lease_id, absl::Minutes(1), {}),
+              Fails(Code::kFailedPrecondition, "has schema version 7"));
+  EXPECT_THAT(catalog->SaveCheckpoint((*lease)->lease_id, "blob"),
+              Fails(Code::kFailedPrecondition, "has schema version 7"));
+  EXPECT_EQ(Run("SELECT string_agg(state::text, ' ' ORDER BY number) FROM jobs"), "2 1");
 }
 
 // Programs of before know nothing of additions, and their version of the tables is this one's.
