@@ -1,18 +1,16 @@
 #include "server/admin/collect.h"
 
 #include <algorithm>
-#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include "absl/strings/str_cat.h"
-#include "absl/time/clock.h"
 #include "core/base/log.h"
-#include "core/base/random_id.h"
 #include "core/base/status_macros.h"
 #include "core/base/steady_cond_var.h"
 #include "server/admin/catalog_mark.h"
+#include "server/admin/listing.h"
 
 namespace liquidblend::admin {
 namespace {
@@ -21,47 +19,6 @@ namespace {
 // large catalog they take seconds to read; reading them shall take a tenth of the time at most.
 constexpr absl::Duration kFreshness = absl::Seconds(1);
 constexpr int kFreshnessPerRead = 9;
-
-// A listing that lacks what was just written is asked for so many times more, with pauses that
-// double.
-constexpr int kNumMoreLists = 6;
-constexpr absl::Duration kListPause = absl::Milliseconds(100);
-
-struct Listing {
-  std::vector<store::BlobInfo> blobs;
-  absl::Time now;  // by the clock that wrote the blobs' times
-};
-
-// Lists the blobs and takes the time from the probe; nothing if the listing lacks the probe.
-absl::StatusOr<std::optional<Listing>> ListWith(store::BlobStore& blobs,
-                                                const store::BlobId& probe) {
-  Listing listing;
-  LB_ASSIGN_OR_RETURN(listing.blobs, blobs.List());
-  const auto found = std::find_if(listing.blobs.begin(), listing.blobs.end(),
-                                  [&](const store::BlobInfo& blob) { return blob.id == probe; });
-  if (found == listing.blobs.end()) return std::optional<Listing>();
-  listing.now = found->modified;
-  listing.blobs.erase(found);
-  return std::optional(std::move(listing));
-}
-
-// A blob that is written just now tells what the store's clock says, which need not be ours.
-absl::StatusOr<Listing> ListWithClock(store::BlobStore& blobs) {
-  const std::string text = absl::StrCat("what is the time? ", base::RandomHex(16));
-  LB_ASSIGN_OR_RETURN(const store::BlobId probe,
-                      store::PutBlob(blobs, std::as_bytes(std::span(text.data(), text.size()))));
-  absl::StatusOr<std::optional<Listing>> listing = ListWith(blobs, probe);
-  for (int k = 0; k < kNumMoreLists && listing.ok() && !listing->has_value(); ++k) {
-    absl::SleepFor(kListPause * (1 << k));
-    listing = ListWith(blobs, probe);
-  }
-  const absl::Status deleted = blobs.Delete(probe);
-  if (!listing.ok()) return listing.status();
-  LB_RETURN_IF_ERROR(deleted);
-  if (listing->has_value()) return **std::move(listing);
-  return absl::UnavailableError(
-      absl::StrCat("blob ", probe, ", just written, is not in the list of blobs"));
-}
 
 // Parts that a killed program or a client has left. The right to list them may be missing.
 int64_t DropUploads(store::BlobStore& blobs, absl::Time newest) {
@@ -135,6 +92,7 @@ absl::StatusOr<CollectReport> Collect(store::Catalog& catalog, store::BlobStore&
                                       const CollectOptions& options) {
   LB_RETURN_IF_ERROR(options.Validate());
   LB_ASSIGN_OR_RETURN(const Listing listing, ListWithClock(blobs));
+  LB_RETURN_IF_ERROR(listing.probe_deleted);
   const absl::Time newest = listing.now - options.older_than;
   References references(catalog);
   LB_RETURN_IF_ERROR(CheckBlobsAreOurs(catalog, blobs, listing, newest, references, options));

@@ -22,6 +22,7 @@
 #include "core/store/catalog/catalog_file.h"
 #include "core/store/catalog/job_records.h"
 #include "core/store/data_directory.h"
+#include "server/admin/listing.h"
 #include "server/tar/tar.h"
 
 namespace liquidblend::admin {
@@ -213,12 +214,13 @@ absl::StatusOr<std::string> ReadWholeFile(const std::string& path) {
   return content;
 }
 
-// Blobs of the store that need not be copied once more: nobody collects them soon.
+// Blobs of the store that need not be copied once more: by the clock of the store, which is that of
+// collections, nobody collects them soon.
 absl::StatusOr<std::map<store::BlobId, int64_t>> YoungBlobs(store::BlobStore& blobs) {
-  LB_ASSIGN_OR_RETURN(const std::vector<store::BlobInfo> present, blobs.List());
+  LB_ASSIGN_OR_RETURN(const Listing present, ListWithClock(blobs));
   std::map<store::BlobId, int64_t> sizes;
-  for (const store::BlobInfo& blob : present) {
-    if (blob.modified > absl::Now() - kKept) sizes[blob.id] = blob.size_bytes;
+  for (const store::BlobInfo& blob : present.blobs) {
+    if (blob.modified > present.now - kKept) sizes[blob.id] = blob.size_bytes;
   }
   return sizes;
 }

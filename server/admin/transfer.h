@@ -33,10 +33,10 @@ absl::StatusOr<TransferReport> ExportToDirectory(const store::Store& store,
 absl::StatusOr<TransferReport> ExportToStream(const store::Store& store, std::ostream& out,
                                               Progress& progress);
 
-// Imports an export: first the blobs, except for those that exist and were committed within kKept;
-// then all records or none. After an error a repeated call continues. Errors: kAlreadyExists if a
-// name is taken in the store, naming it; kDataLoss if the export is damaged or incomplete;
-// kInvalidArgument if it is not an export, or of an unknown version.
+// Imports an export: first the blobs, except for those that exist and were committed within kKept,
+// by the clock of the store; then all records or none. After an error a repeated call continues.
+// Errors: kAlreadyExists if a name is taken in the store, naming it; kDataLoss if the export is
+// damaged or incomplete; kInvalidArgument if it is not an export, or of an unknown version.
 inline constexpr absl::Duration kKept = absl::Hours(12);
 absl::StatusOr<TransferReport> ImportFromDirectory(const std::string& directory,
                                                    const store::Store& store,

@@ -3,8 +3,10 @@
 #include <fstream>
 #include <sstream>
 
+#include "absl/time/clock.h"
 #include "server/admin/check.h"
 #include "tests/server/admin/admin_testing.h"
+#include "tests/server/admin/s3_testing.h"
 
 namespace liquidblend::admin {
 namespace {
@@ -135,6 +137,44 @@ TEST_F(TransferTest, WritesBlobsAfreshThatLayThereForLongAsNobodyNeededThem) {
   EXPECT_EQ(imported->num_copied, 2);
   EXPECT_GT(std::filesystem::last_write_time(old),
             std::filesystem::file_time_type::clock::now() - std::chrono::hours(1));
+}
+
+// A store in S3 has a clock of its own, and so has the machine that imports.
+class TransferToS3Test : public TransferTest {
+ protected:
+  TransferToS3Test() { EXPECT_THAT(ExportToStream(data_.store(), stream_, progress_), Succeeds()); }
+
+  store::FakeS3 s3_;
+  std::stringstream stream_;
+};
+
+TEST_F(TransferToS3Test, AllBlobsArriveThoughTheClockOfTheStoreIsFarBehind) {
+  s3_.SetClockAhead(-absl::Hours(13));
+  const store::Store other = OpenFakeS3Store(s3_, folder_.path());
+  const auto imported = ImportFromStream(stream_, other, progress_);
+  ASSERT_THAT(imported, Succeeds());
+  EXPECT_EQ(imported->num_copied, 3);
+  ASSERT_THAT(Export(), Succeeds());
+  const std::string folder = absl::StrCat(folder_.path(), "/second");
+  const store::Store second = OpenFakeS3Store(s3_, folder);  // the same blobs
+  const auto again = ImportFromDirectory(export_, second, arena_, progress_);
+  ASSERT_THAT(again, Succeeds());
+  EXPECT_EQ(again->num_skipped, 3);
+}
+
+TEST_F(TransferToS3Test, WhatIsOldByTheClockOfTheStoreIsWrittenAfresh) {
+  const store::Store other = OpenFakeS3Store(s3_, folder_.path());
+  ASSERT_THAT(store::PutBlob(*other.blobs, AsBytes("animation a")), Succeeds());
+  s3_.SetClockAhead(absl::Hours(23));
+  const auto imported = ImportFromStream(stream_, other, progress_);
+  ASSERT_THAT(imported, Succeeds());
+  EXPECT_EQ(imported->num_skipped, 0);
+  const auto present = other.blobs->List();
+  ASSERT_THAT(present, Succeeds());
+  EXPECT_EQ(present->size(), 3);
+  for (const store::BlobInfo& info : *present) {
+    EXPECT_GT(info.modified, absl::Now() + absl::Hours(22)) << info.id;
+  }
 }
 
 TEST_F(TransferTest, IsRefusedAsAWholeIfANameIsTaken) {
