@@ -11,12 +11,18 @@
 #include "core/base/disk_space.h"
 #include "core/base/log.h"
 #include "core/base/status_macros.h"
+#include "core/store/blobs/local_blob_store.h"
 
 namespace liquidblend::store {
 namespace {
 
 // Files that were used more recently stay, since someone may be about to open them.
 constexpr absl::Duration kUsedNow = absl::Minutes(1);
+
+// What is removed beyond need when the disk is full, so that the cache is not listed at each write:
+// this share of the cache, but not more than so many bytes.
+constexpr int64_t kShareAhead = 16;
+constexpr int64_t kMostAhead = int64_t{64} << 20;
 
 absl::StatusOr<int64_t> FreeBytesOf(const std::string& directory) {
   LB_ASSIGN_OR_RETURN(const base::DiskSpace disk, base::ReadDiskSpace(directory));
@@ -42,10 +48,13 @@ void KeepIdle(std::vector<BlobInfo>& infos) {
 absl::StatusOr<std::unique_ptr<BlobCache>> BlobCache::Open(const std::string& directory,
                                                            int64_t max_bytes,
                                                            FreeBytes free_bytes) {
-  LB_ASSIGN_OR_RETURN(auto blobs, OpenLocalBlobStore(directory, Durability::kCache));
   if (free_bytes == nullptr) free_bytes = [directory] { return FreeBytesOf(directory); };
-  return std::unique_ptr<BlobCache>(
-      new BlobCache(directory, max_bytes, std::move(free_bytes), std::move(blobs)));
+  std::unique_ptr<BlobCache> cache(new BlobCache(directory, max_bytes, std::move(free_bytes)));
+  LB_ASSIGN_OR_RETURN(cache->blobs_,
+                      OpenCacheBlobStore(directory, [cache = cache.get()](int64_t num_bytes) {
+                        return cache->MakeRoomAfterRefusal(num_bytes);
+                      }));
+  return cache;
 }
 
 absl::StatusOr<std::shared_ptr<const Blob>> BlobCache::Find(const BlobId& id) {
@@ -75,9 +84,10 @@ absl::Status BlobCache::Trim() {
 }
 
 absl::Status BlobCache::MakeRoom(int64_t free_bytes) {
+  LB_ASSIGN_OR_RETURN(int64_t num_free, free_bytes_());
+  if (num_free >= free_bytes) return absl::OkStatus();
   LB_ASSIGN_OR_RETURN(std::vector<BlobInfo> infos, blobs_->List());
   KeepIdle(infos);
-  LB_ASSIGN_OR_RETURN(int64_t num_free, free_bytes_());
   if (num_free + SizeOf(infos) < free_bytes) return absl::OkStatus();
   for (const BlobInfo& info : infos) {
     if (num_free >= free_bytes) break;
@@ -85,6 +95,29 @@ absl::Status BlobCache::MakeRoom(int64_t free_bytes) {
     LB_ASSIGN_OR_RETURN(num_free, free_bytes_());  // less than its size if it is open
   }
   return absl::OkStatus();
+}
+
+// What the disk calls free need not be free for this process, which may have a quota. So the sizes
+// of the removed blobs count.
+bool BlobCache::MakeRoomAfterRefusal(int64_t num_bytes) {
+  absl::StatusOr<std::vector<BlobInfo>> infos = blobs_->List();
+  const absl::StatusOr<int64_t> num_free = free_bytes_();
+  if (!infos.ok() || !num_free.ok()) return false;
+  KeepIdle(*infos);
+  const int64_t idle_bytes = SizeOf(*infos);
+  if (*num_free + idle_bytes < num_bytes) return false;
+  const int64_t wanted = num_bytes + std::min(idle_bytes / kShareAhead, kMostAhead);
+  int64_t num_removed = 0, removed_bytes = 0;
+  for (const BlobInfo& info : *infos) {
+    if (num_removed > 0 && removed_bytes >= wanted) break;
+    if (!blobs_->Delete(info.id).ok()) break;
+    ++num_removed;
+    removed_bytes += info.size_bytes;
+  }
+  if (num_removed == 0) return false;
+  base::LogInfo(absl::StrCat("cache: the disk of ", directory_, " is full; removed ", num_removed,
+                             " copies of ", removed_bytes, " bytes"));
+  return true;
 }
 
 }  // namespace liquidblend::store

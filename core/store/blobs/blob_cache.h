@@ -30,7 +30,9 @@ class BlobCache {
   // its file is damaged, which removes it.
   absl::StatusOr<std::shared_ptr<const Blob>> Find(const BlobId& id);
 
-  // Writers of a blob for the cache, as BlobStore's.
+  // Writers of a blob for the cache, as BlobStore's. When the disk refuses a write for lack of
+  // space, they remove the least recently used blobs, but none that was used within the last
+  // minute. The cache must outlive them.
   absl::StatusOr<std::unique_ptr<BlobWriter>> Create() { return blobs_->Create(); }
   absl::StatusOr<std::unique_ptr<BlobWriter>> CreateAs(const BlobId& id) {
     return blobs_->CreateAs(id);
@@ -48,17 +50,18 @@ class BlobCache {
   absl::Status Delete(const BlobId& id) { return blobs_->Delete(id); }
 
  private:
-  BlobCache(std::string directory, int64_t max_bytes, FreeBytes free_bytes,
-            std::unique_ptr<BlobStore> blobs)
+  BlobCache(std::string directory, int64_t max_bytes, FreeBytes free_bytes)
       : directory_(std::move(directory)),
         max_bytes_(max_bytes),
-        free_bytes_(std::move(free_bytes)),
-        blobs_(std::move(blobs)) {}
+        free_bytes_(std::move(free_bytes)) {}
+
+  // See RoomMaker.
+  bool MakeRoomAfterRefusal(int64_t num_bytes);
 
   const std::string directory_;
   const int64_t max_bytes_;
   const FreeBytes free_bytes_;
-  const std::unique_ptr<BlobStore> blobs_;
+  std::unique_ptr<BlobStore> blobs_;  // not null once it is open
 };
 
 }  // namespace liquidblend::store

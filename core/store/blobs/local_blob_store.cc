@@ -5,6 +5,7 @@
 
 #include <cerrno>
 
+#include "absl/functional/function_ref.h"
 #include "absl/strings/str_cat.h"
 #include "core/base/fault_point.h"
 #include "core/base/log.h"
@@ -14,6 +15,7 @@
 #include "core/store/blobs/blob_folders.h"
 #include "core/store/blobs/blob_store.h"
 #include "core/store/blobs/content_hash.h"
+#include "core/store/blobs/local_blob_store.h"
 #include "core/store/blobs/mapped_file.h"
 #include "core/store/blobs/new_blob_name.h"
 
@@ -31,10 +33,21 @@ absl::Status CheckContent(const base::FileHandle& file, const std::string& path,
       absl::StrCat("blob ", path, " is damaged: its ", size, " bytes hash to ", hasher.Id()));
 }
 
+// Makes a call that needs space on the disk: again after each refusal, as long as there may be more
+// room.
+absl::Status CallWithRoom(const RoomMaker& make_room, int64_t num_bytes,
+                          absl::FunctionRef<absl::Status()> call) {
+  absl::Status status = call();
+  while (absl::IsResourceExhausted(status) && make_room && make_room(num_bytes)) status = call();
+  return status;
+}
+
 class LocalBlobWriter : public BlobWriter {
  public:
-  LocalBlobWriter(std::shared_ptr<BlobFolders> folders, TemporaryFile temporary, NewBlobName name)
+  LocalBlobWriter(std::shared_ptr<BlobFolders> folders, RoomMaker make_room,
+                  TemporaryFile temporary, NewBlobName name)
       : folders_(std::move(folders)),
+        make_room_(std::move(make_room)),
         temporary_(std::move(temporary)),
         name_(std::move(name)),
         hasher_(name_.id.empty() ? HashKind::kSha256 : HashKindOf(name_.id)) {}
@@ -46,7 +59,7 @@ class LocalBlobWriter : public BlobWriter {
   absl::Status Append(std::span<const std::byte> bytes) override {
     LB_RETURN_IF_ERROR(status_);
     hasher_.Add(bytes);
-    status_ = base::WriteAll(temporary_.file, bytes, temporary_.path);
+    status_ = Write(bytes);
     base::FaultPoint("blob.append");
     return status_;
   }
@@ -55,10 +68,10 @@ class LocalBlobWriter : public BlobWriter {
     LB_RETURN_IF_ERROR(status_);
     LB_ASSIGN_OR_RETURN(const BlobId id, ChooseId());
     base::FaultPoint("blob.before_sync");
-    LB_RETURN_IF_ERROR(folders_->Prepare(id));
+    LB_RETURN_IF_ERROR(CallWithRoom(make_room_, 0, [&] { return folders_->Prepare(id); }));
     if (folders_->is_flushed()) LB_RETURN_IF_ERROR(base::Sync(temporary_.file, temporary_.path));
     base::FaultPoint("blob.before_rename");
-    LB_RETURN_IF_ERROR(Show(id));
+    LB_RETURN_IF_ERROR(CallWithRoom(make_room_, 0, [&] { return Show(id); }));
     status_ = absl::FailedPreconditionError(absl::StrCat("blob ", id, " is committed already"));
     base::FaultPoint("blob.after_rename");
     LB_RETURN_IF_ERROR(folders_->Flush(id));
@@ -67,6 +80,18 @@ class LocalBlobWriter : public BlobWriter {
   }
 
  private:
+  // A disk that is full takes a part before it refuses the rest; the file's offset tells how much.
+  absl::Status Write(std::span<const std::byte> bytes) {
+    const off_t begin = lseek(temporary_.file.fd(), 0, SEEK_CUR);
+    if (begin < 0) return base::ErrnoStatus(errno, "seek in", temporary_.path);
+    return CallWithRoom(make_room_, static_cast<int64_t>(bytes.size()), [&]() -> absl::Status {
+      const off_t now = lseek(temporary_.file.fd(), 0, SEEK_CUR);
+      if (now < begin) return base::ErrnoStatus(errno, "seek in", temporary_.path);
+      return base::WriteAll(temporary_.file, bytes.subspan(static_cast<size_t>(now - begin)),
+                            temporary_.path);
+    });
+  }
+
   absl::StatusOr<BlobId> ChooseId() const {
     const BlobId content = hasher_.Id();
     if (name_.is_upload) return absl::StrCat(content, "-", base::RandomHex(16));
@@ -121,6 +146,7 @@ class LocalBlobWriter : public BlobWriter {
   }
 
   const std::shared_ptr<BlobFolders> folders_;
+  const RoomMaker make_room_;  // may be empty
   TemporaryFile temporary_;
   const NewBlobName name_;
   BlobHasher hasher_;
@@ -130,8 +156,10 @@ class LocalBlobWriter : public BlobWriter {
 
 class LocalBlobStore : public BlobStore {
  public:
-  LocalBlobStore(const std::string& directory, Durability durability)
-      : directory_(directory), folders_(std::make_shared<BlobFolders>(directory, durability)) {}
+  LocalBlobStore(const std::string& directory, Durability durability, RoomMaker make_room = nullptr)
+      : directory_(directory),
+        folders_(std::make_shared<BlobFolders>(directory, durability)),
+        make_room_(std::move(make_room)) {}
 
   absl::Status Prepare() {
     LB_RETURN_IF_ERROR(base::MakeDirectories(absl::StrCat(directory_, "/blobs")));
@@ -238,8 +266,13 @@ class LocalBlobStore : public BlobStore {
   std::string tmp() const { return absl::StrCat(directory_, "/tmp"); }
 
   absl::StatusOr<std::unique_ptr<BlobWriter>> CreateNamed(NewBlobName name) {
-    LB_ASSIGN_OR_RETURN(TemporaryFile temporary, CreateTemporaryFile(tmp()));
-    return std::make_unique<LocalBlobWriter>(folders_, std::move(temporary), std::move(name));
+    absl::StatusOr<TemporaryFile> temporary = absl::UnknownError("not created");
+    LB_RETURN_IF_ERROR(CallWithRoom(make_room_, 0, [&] {
+      temporary = CreateTemporaryFile(tmp());
+      return temporary.status();
+    }));
+    return std::make_unique<LocalBlobWriter>(folders_, make_room_, *std::move(temporary),
+                                             std::move(name));
   }
 
   absl::StatusOr<std::string> PathOf(const BlobId& id) const {
@@ -249,7 +282,13 @@ class LocalBlobStore : public BlobStore {
 
   const std::string directory_;
   const std::shared_ptr<BlobFolders> folders_;
+  const RoomMaker make_room_;  // may be empty
 };
+
+absl::StatusOr<std::unique_ptr<BlobStore>> OpenPrepared(std::unique_ptr<LocalBlobStore> blobs) {
+  LB_RETURN_IF_ERROR(blobs->Prepare());
+  return blobs;
+}
 
 }  // namespace
 
@@ -259,9 +298,13 @@ std::string LocalBlobPath(const std::string& directory, const BlobId& id) {
 
 absl::StatusOr<std::unique_ptr<BlobStore>> OpenLocalBlobStore(const std::string& directory,
                                                               Durability durability) {
-  auto blobs = std::make_unique<LocalBlobStore>(directory, durability);
-  LB_RETURN_IF_ERROR(blobs->Prepare());
-  return blobs;
+  return OpenPrepared(std::make_unique<LocalBlobStore>(directory, durability));
+}
+
+absl::StatusOr<std::unique_ptr<BlobStore>> OpenCacheBlobStore(const std::string& directory,
+                                                              RoomMaker make_room) {
+  return OpenPrepared(
+      std::make_unique<LocalBlobStore>(directory, Durability::kCache, std::move(make_room)));
 }
 
 }  // namespace liquidblend::store

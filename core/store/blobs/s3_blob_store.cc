@@ -324,6 +324,8 @@ class S3BlobStore : public BlobStore {
   // Fetches the object through the cache, where it stays as far as there is room.
   absl::StatusOr<std::shared_ptr<const Blob>> Fetch(const BlobId& id, int64_t size) {
     const std::string key = BlobKey(id);
+    const absl::Status made = shared_->cache->MakeRoom(size);
+    if (!made.ok()) base::LogWarning(absl::StrCat("cache: ", made.message()));
     LB_ASSIGN_OR_RETURN(
         const std::unique_ptr<BlobWriter> writer,
         IsCachedByName(id) ? shared_->cache->CreateAs(ContentIdOf(id)) : shared_->cache->Create());
