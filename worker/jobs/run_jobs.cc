@@ -86,6 +86,7 @@ class JobLoop {
   // Run a job to its end; RunGuarded() also what its threads throw.
   void RunGuarded(const store::Lease& lease);
   void RunLeased(const store::Lease& lease);
+  JobMemory MemoryOf(const store::pb::JobRecord& job) const;
   std::string BeforeRelease(const store::Lease& lease, Checkpoints& checkpoints) const;
   void Settle(const store::Lease& lease, const absl::Status& outcome, bool is_released);
   absl::Status RecordFailure(const store::Lease& lease, const absl::Status& outcome);
@@ -178,7 +179,7 @@ void JobLoop::RunLeased(const store::Lease& lease) {
                        [&] { return BeforeRelease(lease, checkpoints); });
     JobContext context(catalog_, blobs_, arena_, keeper, checkpoints, trace);
     const absl::Status stages = RunWithinMemory(
-        {lease.job.memory_bytes(), options_.memory_bytes}, [&] { return context.stage(); },
+        MemoryOf(lease.job), [&] { return context.stage(); },
         [&] { return RunStages(lease.job, context); });
     outcome = Outcome(stages, keeper);
     checkpoints.End(/*is_done=*/outcome.ok());
@@ -186,6 +187,12 @@ void JobLoop::RunLeased(const store::Lease& lease) {
   }
   trace.End(outcome);
   Settle(lease, outcome, is_released);
+}
+
+JobMemory JobLoop::MemoryOf(const store::pb::JobRecord& job) const {
+  const auto& failed = job.failed_attempts();
+  const bool was_close = !failed.empty() && WasCloseToLimit(failed.rbegin()->error().message());
+  return {job.memory_bytes(), options_.memory_bytes, was_close};
 }
 
 std::string JobLoop::BeforeRelease(const store::Lease& lease, Checkpoints& checkpoints) const {

@@ -6,6 +6,7 @@
 #include <optional>
 #include <system_error>
 
+#include "absl/strings/match.h"
 #include "absl/strings/str_cat.h"
 #include "core/base/data_limit.h"
 #include "core/base/memory.h"
@@ -20,6 +21,7 @@ namespace {
 // touched.
 constexpr int64_t kFactor = 4;
 constexpr int64_t kSlackBytes = int64_t{1} << 30;
+constexpr char kClose[] = " (close to the memory that the job may allocate)";
 
 std::string DescribeLimit(const JobMemory& memory) {
   const int64_t bytes = MemoryAllowance(memory);
@@ -78,9 +80,11 @@ absl::Status RunWithinMemory(const JobMemory& memory, absl::FunctionRef<std::str
   try {
     const absl::Status status = stages();
     // Libraries that are refused memory say so in their own words, as if the disk were full.
-    if (!base::IsTransient(status) || !limit->IsNearlyReached()) return status;
+    const bool may_be_of_memory = base::IsTransient(status) && !absl::IsPermissionDenied(status);
+    if (!may_be_of_memory || !limit->IsNearlyReached()) return status;
     limit.reset();
-    return OverLimit(memory, stage());
+    if (memory.was_close) return OverLimit(memory, stage());
+    return absl::Status(status.code(), absl::StrCat(status.message(), kClose));
   } catch (const std::bad_alloc&) {
     limit.reset();  // the message needs memory, too
     return OverLimit(memory, stage());
@@ -91,5 +95,7 @@ absl::Status RunWithinMemory(const JobMemory& memory, absl::FunctionRef<std::str
     return Unexpected(absl::StrCat("unexpected in stage '", stage(), "'"), error);
   }
 }
+
+bool WasCloseToLimit(absl::string_view message) { return absl::EndsWith(message, kClose); }
 
 }  // namespace liquidblend::jobs

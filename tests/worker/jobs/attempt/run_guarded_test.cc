@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "core/base/data_limit.h"
+#include "core/base/retry.h"
 #include "tests/allocation_testing.h"
 
 namespace liquidblend::jobs {
@@ -76,6 +77,36 @@ TEST(RunWithinMemory, AThreadThatDoesNotFitIsOverTheLimit) {
         return absl::OkStatus();
       });
   EXPECT_TRUE(base::IsOverMemoryLimit(status)) << status;
+}
+
+// Holds nearly all that may be allocated while the stage fails.
+absl::Status FailCloseToTheLimit(const JobMemory& memory, const absl::Status& error) {
+  std::vector<char> held;
+  return RunWithinMemory(
+      memory, [] { return "storing"; },
+      [&] {
+        held.resize(static_cast<size_t>(memory.worker_bytes - 8 * kMebibyte));
+        return error;
+      });
+}
+
+// It may be that a store was away at that moment, so another attempt is worth it; but only one.
+TEST(RunWithinMemory, ATransientErrorCloseToTheLimitIsOfTheEnvironmentTheFirstTime) {
+  LB_SKIP_UNLESS_ALLOCATIONS_MAY_FAIL();
+  JobMemory memory = {0, 128 * kMebibyte};
+  const absl::Status away = absl::UnavailableError("S3 is away");
+  const absl::Status first = FailCloseToTheLimit(memory, away);
+  EXPECT_TRUE(base::IsTransient(first)) << first;
+  EXPECT_EQ(first.message(), "S3 is away (close to the memory that the job may allocate)");
+  EXPECT_TRUE(WasCloseToLimit(first.message()));
+  EXPECT_FALSE(WasCloseToLimit(away.message()));
+  memory.was_close = true;
+  const absl::Status second = FailCloseToTheLimit(memory, away);
+  EXPECT_TRUE(base::IsOverMemoryLimit(second)) << second;
+  const absl::Status refused = absl::PermissionDeniedError("HTTP status 403");
+  EXPECT_EQ(FailCloseToTheLimit(memory, refused), refused) << "memory has no part in that";
+  const absl::Status bad = absl::InvalidArgumentError("bad input");
+  EXPECT_EQ(FailCloseToTheLimit(memory, bad), bad);
 }
 
 TEST(RunWithinMemory, MissingThreadsWithMemoryLeftAreOfTheEnvironment) {
