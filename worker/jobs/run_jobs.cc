@@ -22,6 +22,7 @@ namespace {
 
 constexpr absl::Duration kStopPoll = absl::Milliseconds(100);
 constexpr absl::Duration kAfterError = absl::Milliseconds(500);  // of the queue, until the next try
+constexpr double kReportJitter = 0.5;  // many workers may have failed at one time
 
 // Whether another attempt, perhaps on another machine, may succeed.
 bool IsWorthRetrying(const absl::Status& status) {
@@ -89,7 +90,13 @@ class JobLoop {
   JobMemory MemoryOf(const store::pb::JobRecord& job) const;
   std::string BeforeRelease(const store::Lease& lease, Checkpoints& checkpoints) const;
   void Settle(const store::Lease& lease, const absl::Status& outcome, bool is_released);
-  absl::Status RecordFailure(const store::Lease& lease, const absl::Status& outcome);
+  // See RecordFailure() below.
+  struct Recorded {
+    bool is_taken = false;     // by the catalog
+    bool was_refused = false;  // until access was granted again
+  };
+  Recorded RecordFailure(const store::Lease& lease, const absl::Status& outcome);
+  bool AwaitNextTry(int num_failures);
   bool HasFailed(const store::pb::JobRecord& job);
 
   // Waits for a job. Returns whether the worker stays; not if it has waited for options_.idle_time.
@@ -183,7 +190,7 @@ void JobLoop::RunLeased(const store::Lease& lease) {
         [&] { return RunStages(lease.job, context); });
     outcome = Outcome(stages, keeper);
     checkpoints.End(/*is_done=*/outcome.ok());
-    is_released = absl::IsUnavailable(keeper.Check());
+    is_released = keeper.is_released();
   }
   trace.End(outcome);
   Settle(lease, outcome, is_released);
@@ -207,8 +214,7 @@ std::string JobLoop::BeforeRelease(const store::Lease& lease, Checkpoints& check
 }
 
 // Tells the catalog how the job ended. A published job has ended already; one that is lost, or has
-// gone back to the queue, is no longer ours. A worker that is refused waits here; if the catalog
-// itself refused to record the failure, it is recorded afterwards, so that no attempt is used up.
+// gone back to the queue, is no longer ours. A worker that is refused waits here.
 void JobLoop::Settle(const store::Lease& lease, const absl::Status& outcome, bool is_released) {
   if (!is_released) {
     const std::string ended =
@@ -218,23 +224,44 @@ void JobLoop::Settle(const store::Lease& lease, const absl::Status& outcome, boo
   }
   ++(outcome.ok() ? tally_.num_done : is_released ? tally_.num_handed_back : tally_.num_failed);
   const bool is_ours = !outcome.ok() && !absl::IsAborted(outcome) && !is_released;
-  const absl::Status recorded = is_ours ? RecordFailure(lease, outcome) : absl::OkStatus();
-  if (is_ours && recorded.ok() && HasFailed(lease.job)) {
+  const Recorded recorded = is_ours ? RecordFailure(lease, outcome) : Recorded();
+  if (recorded.is_taken && HasFailed(lease.job)) {
     store::DeleteUploadedFiles(lease.job.import_animation(), blobs_);  // they count for nobody now
   }
-  if (!IsRefusal(outcome) && !IsRefusal(recorded)) return access_.Granted();
-  access_.AwaitAfter(IsRefusal(outcome) ? outcome : recorded);
-  if (IsRefusal(recorded)) RecordFailure(lease, outcome).IgnoreError();
+  if (recorded.was_refused) return;  // it has waited for access already
+  if (!IsRefusal(outcome)) return access_.Granted();
+  access_.AwaitAfter(outcome);
 }
 
-// Tells the catalog that the job failed, and returns whether it took that.
-absl::Status JobLoop::RecordFailure(const store::Lease& lease, const absl::Status& outcome) {
-  const absl::Status recorded = catalog_.FailJob(lease.lease_id, outcome, IsWorthRetrying(outcome));
-  if (!recorded.ok()) {
+// Tells the catalog that the job failed, again and again while the catalog is away or refuses that:
+// a job whose failure nobody reports counts as one that its worker was lost with. Gives up when the
+// worker stops.
+JobLoop::Recorded JobLoop::RecordFailure(const store::Lease& lease, const absl::Status& outcome) {
+  Recorded recorded;
+  for (int num_failures = 1;; ++num_failures) {
+    const absl::Status status = catalog_.FailJob(lease.lease_id, outcome, IsWorthRetrying(outcome));
+    // Not ours any more: the answer to an earlier call may have been lost.
+    recorded.is_taken = status.ok() || (absl::IsAborted(status) && num_failures > 1);
+    if (status.ok()) return recorded;
     base::LogWarning(
-        absl::StrCat("job ", lease.job.id(), ": cannot record its failure: ", recorded.ToString()));
+        absl::StrCat("job ", lease.job.id(), ": cannot record its failure: ", status.ToString()));
+    if (!base::IsTransient(status) || stop_.is_requested()) return recorded;
+    if (IsRefusal(status)) {
+      recorded.was_refused = true;
+      access_.AwaitAfter(status);
+    } else if (!AwaitNextTry(num_failures)) {
+      return recorded;
+    }
   }
-  return recorded;
+}
+
+// Waits for a while that grows with the number of failures, but less than a lease: so long the job
+// is left to its worker once the catalog is back. Returns whether to go on.
+bool JobLoop::AwaitNextTry(int num_failures) {
+  const absl::Duration longest = std::min(options_.poll, options_.lease.duration / 3);
+  const absl::Duration pause =
+      base::ExponentialPause(num_failures, std::min(kAfterError, longest), longest);
+  return !stop_.WaitFor(base::Jittered(pause, kReportJitter));
 }
 
 // Whether the job has ended without success: its last attempt is used up, or it was cancelled.

@@ -48,7 +48,8 @@ enum class LoopEnd {
 // error (kUnavailable, kResourceExhausted, kPermissionDenied, kInternal) returns to the queue, see
 // Catalog::FailJob(); a job that is interrupted by `stop` returns to it unchanged. Registrations
 // resume from their checkpoints (CheckpointOptions). A worker that is refused (kPermissionDenied,
-// of the stores in a job or of the queue) takes no jobs until its access is restored (Access).
+// of the stores in a job or of the queue) takes no jobs until its access is restored (Access). Nor
+// does one take the next job before the catalog has heard of the failure of the last one.
 // Errors: options out of range; kDataLoss of the catalog. Other errors are waited out.
 absl::StatusOr<LoopEnd> RunJobs(store::Catalog& catalog, store::BlobStore& blobs,
                                 const parallel::Arena& arena, const StopSignal& stop,

@@ -98,17 +98,22 @@ absl::Status InsertChildren(Sql& sql, const pb::JobRecord& job, absl::Time now) 
   return absl::OkStatus();
 }
 
-// Finds the next job to do. If it is RUNNING, its worker was lost, which is recorded as a failure.
+// The worker of a job that is RUNNING, although it is to do, was lost: records that as a failure.
 // It counts as an attempt only if that has left no checkpoint: a farm may end workers by SIGKILL
 // again and again, whereas a job that harms its workers does so at the same place.
-absl::StatusOr<std::optional<JobRow>> TakeNext(Sql& sql, absl::Time now, int64_t memory_bytes) {
-  LB_ASSIGN_OR_RETURN(std::optional<JobRow> row, FindJobToDo(sql, now, memory_bytes));
-  if (row.has_value() && row->record.state() == pb::JobRecord::RUNNING) {
-    const bool has_progressed = HasNewCheckpoint(row->record);
-    NoteFailure(absl::InternalError("the worker was lost"), /*lost=*/true, now, row->record);
-    if (has_progressed) CountLossAfterProgress(row->record);
-  }
-  return row;
+void NoteLossOfWorker(absl::Time now, pb::JobRecord& job) {
+  if (job.state() != pb::JobRecord::RUNNING) return;
+  const bool has_progressed = HasNewCheckpoint(job);
+  NoteFailure(absl::InternalError("the worker was lost"), /*lost=*/true, now, job);
+  if (has_progressed) CountLossAfterProgress(job);
+}
+
+// Whether the worker of this job, which is to do, could not renew its lease because of the outage.
+// Shortly after it, workers are still connecting again.
+bool HasLapsedIn(const LeaseRequest& request, const JobRow& row) {
+  const absl::Time lapsed = absl::FromUnixMicros(row.due_us);
+  return row.record.state() == pb::JobRecord::RUNNING && lapsed >= request.outage.begin &&
+         lapsed < request.outage.end + request.duration / 3;
 }
 
 // Checks that the job or child may have one more attempt. The error ends it otherwise.
@@ -211,12 +216,17 @@ absl::Status CheckOwner(Sql& sql, const pb::JobRecord& job, const OwnerCheck& ch
   return earlier.has_value() ? absl::OkStatus() : AskAboutOwner(sql, job, check);
 }
 
-absl::StatusOr<LeaseAttempt> LeaseJob(Sql& sql, const pb::WorkerRecord& worker,
-                                      absl::Duration duration, const RetryOptions& retry,
-                                      absl::Time now) {
-  const int64_t memory_bytes = worker.memory_bytes();
-  LB_ASSIGN_OR_RETURN(std::optional<JobRow> row, TakeNext(sql, now, memory_bytes));
+absl::StatusOr<LeaseAttempt> LeaseJob(Sql& sql, const LeaseRequest& request,
+                                      const RetryOptions& retry, absl::Time now) {
+  LB_ASSIGN_OR_RETURN(std::optional<JobRow> row,
+                      FindJobToDo(sql, now, request.worker.memory_bytes()));
   if (!row.has_value()) return LeaseAttempt{.next = LeaseAttempt::kNothing, .lease = {}};
+  if (HasLapsedIn(request, *row)) {
+    row->due_us = LeaseEnd(now, request.duration);
+    LB_RETURN_IF_ERROR(UpdateJob(sql, *row));
+    return LeaseAttempt{.next = LeaseAttempt::kTryAgain, .lease = {}};
+  }
+  NoteLossOfWorker(now, row->record);
   if (!MayStart(row->record, retry).ok()) {
     return LeaseAttempt{.next = LeaseAttempt::kEndDeadJobs, .lease = {}};
   }
@@ -225,19 +235,21 @@ absl::StatusOr<LeaseAttempt> LeaseJob(Sql& sql, const pb::WorkerRecord& worker,
     LB_RETURN_IF_ERROR(PutOff(sql, start, now, std::move(row->record)));
     return LeaseAttempt{.next = LeaseAttempt::kTryAgain, .lease = {}};
   }
-  StartAttempt(worker.name(), now, row->record);
+  StartAttempt(request.worker.name(), now, row->record);
   row->lease_id = base::RandomHex(16);
-  row->due_us = LeaseEnd(now, duration);
+  row->due_us = LeaseEnd(now, request.duration);
   LB_RETURN_IF_ERROR(UpdateJob(sql, *row));
   return LeaseAttempt{.next = LeaseAttempt::kLease,
                       .lease = Lease{row->lease_id, std::move(row->record)}};
 }
 
-absl::Status EndDeadJobs(Sql& sql, int64_t memory_bytes, const RetryOptions& retry,
+absl::Status EndDeadJobs(Sql& sql, const LeaseRequest& request, const RetryOptions& retry,
                          absl::Time now) {
   while (true) {
-    LB_ASSIGN_OR_RETURN(std::optional<JobRow> row, TakeNext(sql, now, memory_bytes));
-    if (!row.has_value()) return absl::OkStatus();
+    LB_ASSIGN_OR_RETURN(std::optional<JobRow> row,
+                        FindJobToDo(sql, now, request.worker.memory_bytes()));
+    if (!row.has_value() || HasLapsedIn(request, *row)) return absl::OkStatus();
+    NoteLossOfWorker(now, row->record);
     const absl::Status end = MayStart(row->record, retry);
     if (end.ok()) return absl::OkStatus();
     LB_RETURN_IF_ERROR(FinishWithError(sql, std::move(row->record), end, now));

@@ -11,6 +11,7 @@
 #include "absl/status/statusor.h"
 #include "absl/time/time.h"
 #include "core/store/catalog/catalog.h"
+#include "core/store/catalog/outage_watch.h"
 #include "core/store/sql/sql.h"
 
 namespace liquidblend::store {
@@ -30,12 +31,19 @@ struct LeaseAttempt {
   Next next = kNothing;
   std::optional<Lease> lease;
 };
-// Leases the next job, if that can be done by changing its row alone. See Catalog.
-absl::StatusOr<LeaseAttempt> LeaseJob(Sql& sql, const pb::WorkerRecord& worker,
-                                      absl::Duration duration, const RetryOptions& retry,
-                                      absl::Time now);
+// What LeaseJob() and EndDeadJobs() have to know.
+struct LeaseRequest {
+  pb::WorkerRecord worker;
+  absl::Duration duration;
+  Outage outage;  // that the worker has met last
+};
+// Leases the next job, if that can be done by changing its row alone. See Catalog. A lease that
+// ended during the outage, when its worker could not renew it, is renewed in its place, once.
+absl::StatusOr<LeaseAttempt> LeaseJob(Sql& sql, const LeaseRequest& request,
+                                      const RetryOptions& retry, absl::Time now);
 // Ends the jobs at the head of the queue whose attempts are used up, or that were to be cancelled.
-absl::Status EndDeadJobs(Sql& sql, int64_t memory_bytes, const RetryOptions& retry, absl::Time now);
+absl::Status EndDeadJobs(Sql& sql, const LeaseRequest& request, const RetryOptions& retry,
+                         absl::Time now);
 // Calls of the worker that holds the lease: see Catalog.
 absl::StatusOr<JobControl> Heartbeat(Sql& sql, const std::string& lease_id, absl::Duration duration,
                                      const pb::JobProgress& progress, absl::Time now);

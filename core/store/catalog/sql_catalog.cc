@@ -20,6 +20,7 @@
 #include "core/store/catalog/job_queue.h"
 #include "core/store/catalog/job_records.h"
 #include "core/store/catalog/next_job.h"
+#include "core/store/catalog/outage_watch.h"
 #include "core/store/catalog/owner_tables.h"
 #include "core/store/catalog/upkeep_tables.h"
 #include "core/store/catalog/use_tables.h"
@@ -240,26 +241,31 @@ class SqlCatalog : public Catalog {
 
   absl::StatusOr<std::optional<Lease>> LeaseJob(const std::string& worker, absl::Duration duration,
                                                 int64_t memory_bytes) override {
-    pb::WorkerRecord asking;
-    asking.set_name(worker);
-    asking.set_memory_bytes(memory_bytes);
-    RecordWorkerSeen(asking).IgnoreError();  // the job counts
+    LeaseRequest request{.worker = {}, .duration = duration, .outage = {}};
+    request.worker.set_name(worker);
+    request.worker.set_memory_bytes(memory_bytes);
+    RecordWorkerSeen(request.worker).IgnoreError();  // the job counts
     while (true) {
       // A read first, so that a worker that finds nothing to do does not block writers.
       LB_ASSIGN_OR_RETURN(const absl::Duration until_next, UntilNextJob(memory_bytes));
       if (until_next > absl::ZeroDuration()) return std::optional<Lease>();
       LB_ASSIGN_OR_RETURN(LeaseAttempt attempt, ChangeJob([&](Sql& sql, absl::Time now) {
-                            return store::LeaseJob(sql, asking, duration, options_.retry, now);
+                            request.outage = outages_.Last(now);
+                            return store::LeaseJob(sql, request, options_.retry, now);
                           }));
       if (attempt.next == LeaseAttempt::kTryAgain) continue;
       if (attempt.next != LeaseAttempt::kEndDeadJobs) return std::move(attempt.lease);
       LB_RETURN_IF_ERROR(Change([&](Sql& sql, absl::Time now) {
-        return EndDeadJobs(sql, memory_bytes, options_.retry, now);
+        return EndDeadJobs(sql, request, options_.retry, now);
       }));
     }
   }
   absl::StatusOr<bool> WaitForJob(absl::Duration timeout, int64_t memory_bytes) override {
-    return backend_->WaitForJob(timeout, [&] { return UntilNextJob(memory_bytes); });
+    const base::SteadyClock::time_point begin = base::SteadyClock::now();
+    absl::StatusOr<bool> has_job =
+        backend_->WaitForJob(timeout, [&] { return UntilNextJob(memory_bytes); });
+    outages_.Note(begin, has_job.status());
+    return has_job;
   }
   absl::Status RecordWorker(const pb::WorkerRecord& worker) override {
     return RecordWorkerSeen(worker);
@@ -378,10 +384,12 @@ class SqlCatalog : public Catalog {
   template <typename Body>
   ReadResult<Body> ReadWith(absl::Status (SqlBackend::*run)(SqlBackend::Body), const Body& body) {
     ReadResult<Body> result = absl::UnknownError("not run");
+    const base::SteadyClock::time_point begin = base::SteadyClock::now();
     const absl::Status status = ((*backend_).*run)([&](Sql& sql) {
       result = body(sql);
       return StatusOf(result);
     });
+    outages_.Note(begin, status);
     if (!status.ok()) result = status;
     return result;
   }
@@ -403,12 +411,14 @@ class SqlCatalog : public Catalog {
   template <typename Body>
   ChangeResult<Body> Transact(absl::Status (SqlBackend::*run)(SqlBackend::Body), const Body& body) {
     ChangeResult<Body> result = absl::UnknownError("not run");
+    const base::SteadyClock::time_point begin = base::SteadyClock::now();
     const absl::Status status = ((*backend_).*run)([&](Sql& sql) -> absl::Status {
       LB_ASSIGN_OR_RETURN(const absl::Time now, sql.Now());
       result = body(sql, now);
       if (StatusOf(result).ok()) base::FaultPoint("catalog.before_commit");
       return StatusOf(result);
     });
+    outages_.Note(begin, status);
     if (!status.ok()) {
       result = status;
     } else {
@@ -430,6 +440,7 @@ class SqlCatalog : public Catalog {
 
   const CatalogOptions options_;
   const std::unique_ptr<SqlBackend> backend_;
+  OutageWatch outages_;
   absl::Mutex worker_mutex_;
   pb::WorkerRecord worker_ ABSL_GUARDED_BY(worker_mutex_);  // the last one that asked
   base::SteadyClock::time_point recorded_at_ ABSL_GUARDED_BY(worker_mutex_);

@@ -55,6 +55,16 @@ absl::Status LeaseKeeper::Check() const {
   return state_;
 }
 
+absl::Status LeaseKeeper::CheckForPublishing() const {
+  absl::MutexLock lock(&mutex_);
+  return has_run_out_ ? absl::OkStatus() : state_;
+}
+
+bool LeaseKeeper::is_released() const {
+  absl::MutexLock lock(&mutex_);
+  return is_released_;
+}
+
 void LeaseKeeper::Keep() {
   const absl::Duration pause = std::min(options_.report_interval, options_.duration / 3);
   while (true) {
@@ -71,7 +81,7 @@ void LeaseKeeper::Keep() {
     try {
       if (stop_.is_requested()) return Release();
       if (is_due) Renew();
-      if (absl::IsAborted(Check())) return;
+      if (HasEnded()) return;
     } catch (const std::exception&) {
       // The job has used up the memory that it may have; it is about to fail and to free that. The
       // next round tries again. Nothing is said here, as that would need memory, too.
@@ -97,13 +107,17 @@ void LeaseKeeper::Renew() {
   absl::MutexLock lock(&mutex_);
   if (control.ok()) {
     renewed_ = begin;
-    if (control->cancel_requested) state_ = absl::CancelledError("cancelled on request");
+    if (!control->cancel_requested) return;
+    state_ = absl::CancelledError("cancelled on request");
+    has_run_out_ = false;
     return;
   }
   base::LogWarning(
       absl::StrCat("job ", job().id(), ": cannot renew the lease: ", control.status().ToString()));
-  if (absl::FromChrono(begin - renewed_) > options_.duration) {
-    state_ = absl::AbortedError(absl::StrCat("the lease of job '", job().id(), "' has run out"));
+  if (state_.ok() && absl::FromChrono(begin - renewed_) > options_.duration) {
+    state_ = absl::UnavailableError(absl::StrCat("the lease of job '", job().id(),
+                                                 "' has run out: ", control.status().message()));
+    has_run_out_ = true;
   }
 }
 
@@ -117,12 +131,20 @@ void LeaseKeeper::Release() {
     base::LogWarning(
         absl::StrCat("job ", job().id(), ": cannot return it to the queue: ", released.ToString()));
   }
-  End(absl::UnavailableError("the worker is stopping"));
+  End(absl::UnavailableError("the worker is stopping"), /*is_released=*/true);
 }
 
-void LeaseKeeper::End(const absl::Status& reason) {
+void LeaseKeeper::End(const absl::Status& reason, bool is_released) {
   absl::MutexLock lock(&mutex_);
   state_ = reason;
+  is_released_ = is_released;
+  has_run_out_ = false;
+  has_ended_ = true;
+}
+
+bool LeaseKeeper::HasEnded() const {
+  absl::MutexLock lock(&mutex_);
+  return has_ended_;
 }
 
 }  // namespace liquidblend::jobs

@@ -48,15 +48,25 @@ class LeaseKeeper {
 
   // OK if the work may go on. Errors: kCancelled if a cancellation was requested; kAborted if the
   // lease is lost, so that results will be refused; kUnavailable if the worker stops and the job is
-  // back in the queue.
+  // back in the queue, or once the lease has run out because the catalog could not be reached: then
+  // only the catalog knows if another worker has the job, and this one still tries to renew the
+  // lease.
   absl::Status Check() const;
+
+  // The same for a result that is ready: OK, too, if the lease has run out, as the catalog refuses
+  // the result if another worker has the job.
+  absl::Status CheckForPublishing() const;
+
+  // Whether the worker stops and the job is back in the queue.
+  bool is_released() const;
 
  private:
   void Keep();
   bool IsRenewalDue() const ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
   void Renew();
   void Release();
-  void End(const absl::Status& reason);
+  void End(const absl::Status& reason, bool is_released = false);
+  bool HasEnded() const;
 
   store::Catalog& catalog_;
   const store::Lease lease_;
@@ -66,8 +76,11 @@ class LeaseKeeper {
   mutable absl::Mutex mutex_;
   store::pb::JobProgress progress_ ABSL_GUARDED_BY(mutex_);
   bool is_progress_new_ ABSL_GUARDED_BY(mutex_) = false;
-  bool is_done_ ABSL_GUARDED_BY(mutex_) = false;  // the destructor has begun
-  absl::Status state_ ABSL_GUARDED_BY(mutex_);    // what Check() returns
+  bool is_done_ ABSL_GUARDED_BY(mutex_) = false;    // the destructor has begun
+  bool has_ended_ ABSL_GUARDED_BY(mutex_) = false;  // nothing is renewed any more
+  bool is_released_ ABSL_GUARDED_BY(mutex_) = false;
+  absl::Status state_ ABSL_GUARDED_BY(mutex_);        // what Check() returns ...
+  bool has_run_out_ ABSL_GUARDED_BY(mutex_) = false;  // ... because the lease has
   base::SteadyCondVar done_;
   base::SteadyClock::time_point renewed_ ABSL_GUARDED_BY(mutex_);
   std::thread thread_;

@@ -15,12 +15,18 @@ namespace {
 constexpr absl::Duration kCheckInterval = absl::Milliseconds(100);
 constexpr double kJitter = 0.5;  // many workers may have failed at one time
 
-// Waits as long as the job may go on. Errors: keeper.Check()'s.
+// Whether the error may pass while the worker waits here. One that is refused waits elsewhere,
+// where it says so (Access).
+bool MayPass(const absl::Status& error) {
+  return base::IsTransient(error) && !absl::IsPermissionDenied(error);
+}
+
+// Waits as long as the job may go on. Errors: keeper.CheckForPublishing()'s.
 absl::Status Wait(const LeaseKeeper& keeper, absl::Duration time) {
   const base::SteadyClock::time_point begin = base::SteadyClock::now();
   while (base::Since(begin) < time) {
     absl::SleepFor(std::min(time, kCheckInterval));
-    LB_RETURN_IF_ERROR(keeper.Check());
+    LB_RETURN_IF_ERROR(keeper.CheckForPublishing());
   }
   return absl::OkStatus();
 }
@@ -31,11 +37,11 @@ absl::Status PublishWhileLeased(const LeaseKeeper& keeper,
                                 absl::FunctionRef<absl::Status()> publish,
                                 const PublishOptions& options) {
   const base::SteadyClock::time_point begin = base::SteadyClock::now();
-  LB_RETURN_IF_ERROR(keeper.Check());
+  LB_RETURN_IF_ERROR(keeper.CheckForPublishing());
   while (true) {
     const absl::Status published = publish();
     const absl::Duration pause = base::Jittered(options.pause, kJitter);
-    if (!absl::IsUnavailable(published) || base::Since(begin) + pause > options.longest) {
+    if (!MayPass(published) || base::Since(begin) + pause > options.longest) {
       return published;
     }
     base::LogWarning(absl::StrCat("job ", keeper.job().id(),

@@ -13,11 +13,12 @@ struct PublishOptions {
   absl::Duration longest = absl::Minutes(2);  // >= 0; no call begins after this time
 };
 
-// Calls `publish` until it succeeds or returns an error other than kUnavailable, as long as the job
-// may go on. So a database that is busy, or away for less than the lease, does not cost the
-// attempt.
-// Errors: keeper.Check()'s; publish's, kUnavailable after options.longest. If a call was carried
-// out but its answer was lost, the next one returns kAborted: the job has ended.
+// Calls `publish` until it succeeds or returns an error that does not pass by itself (kUnavailable
+// and kResourceExhausted may), as long as the job may go on. So a database that is busy, away, or
+// whose disk is full for a while does not cost the work, even if the lease runs out meanwhile: the
+// catalog refuses the result if another worker has the job.
+// Errors: keeper.CheckForPublishing()'s; publish's, those that may pass after options.longest. If a
+// call was carried out but its answer was lost, the next one returns kAborted: the job has ended.
 absl::Status PublishWhileLeased(const LeaseKeeper& keeper,
                                 absl::FunctionRef<absl::Status()> publish,
                                 const PublishOptions& options = {});

@@ -3,6 +3,8 @@
 #include <atomic>
 #include <new>
 
+#include "absl/strings/str_cat.h"
+#include "tests/worker/jobs/away_catalog.h"
 #include "tests/worker/jobs/jobs_testing.h"
 
 namespace liquidblend::jobs {
@@ -96,10 +98,41 @@ TEST_F(LeaseKeeperTest, NoticesThatTheLeaseIsLost) {
   EXPECT_EQ(Job(job_id_).worker(), "two");
 }
 
+// The lease may have run out, or the catalog may only have been away: it alone knows.
+TEST_F(LeaseKeeperTest, TellsThatTheLeaseCouldNotBeRenewed) {
+  LeaseOptions options = options_;
+  options.duration = absl::Milliseconds(100);
+  std::atomic<bool> is_away = true;
+  AwayCatalog catalog(*catalog_);
+  catalog.before = [&](const std::string&) {
+    return is_away ? absl::UnavailableError("the database is away") : absl::OkStatus();
+  };
+  LeaseKeeper keeper(catalog, Take("one"), stop_, options);
+  Await([&] { return !keeper.Check().ok(); });
+  EXPECT_EQ(keeper.Check(),
+            absl::UnavailableError(absl::StrCat("the lease of job '", job_id_,
+                                                "' has run out: the database is away")));
+  EXPECT_TRUE(keeper.CheckForPublishing().ok());
+  EXPECT_FALSE(keeper.is_released());
+  // It is renewed as soon as that is possible, and the work is not to go on.
+  clock_ms_ = 900;
+  is_away = false;
+  Await([&] { return Job(job_id_).update_time().nanos() == 900'000'000; });
+  EXPECT_TRUE(absl::IsUnavailable(keeper.Check()));
+  // Unless another worker was quicker.
+  Await([&] {
+    clock_ms_ += 10'000;
+    return (*catalog_->LeaseJob("two", absl::Hours(1000))).has_value();
+  });
+  Await([&] { return absl::IsAborted(keeper.Check()); });
+  EXPECT_TRUE(absl::IsAborted(keeper.CheckForPublishing()));
+}
+
 TEST_F(LeaseKeeperTest, GivesTheJobBackWhenTheWorkerIsToStop) {
   LeaseKeeper keeper(*catalog_, Take("one"), stop_, options_);
   stop_.Request();
   Await([&] { return absl::IsUnavailable(keeper.Check()); });
+  EXPECT_TRUE(keeper.is_released());
   EXPECT_EQ(Job(job_id_).state(), store::pb::JobRecord::QUEUED);
   EXPECT_EQ(Job(job_id_).attempts(), 0);
 }

@@ -1,5 +1,6 @@
 #include "worker/jobs/attempt/publish.h"
 
+#include "tests/worker/jobs/away_catalog.h"
 #include "tests/worker/jobs/jobs_testing.h"
 
 namespace liquidblend::jobs {
@@ -24,7 +25,7 @@ class PublishTest : public JobsTest {
     }
     --num_failures_;
     after_failure_();
-    return kAway;
+    return error_;
   }
   absl::Status Publish(const PublishOptions& options) {
     LeaseKeeper keeper(*catalog_, lease_, stop_, lease_options_);
@@ -37,6 +38,7 @@ class PublishTest : public JobsTest {
   LeaseOptions lease_options_;
   store::Lease lease_;
   int num_failures_ = 0;
+  absl::Status error_ = kAway;
   std::function<void()> after_failure_ = [] {};
 };
 
@@ -45,6 +47,38 @@ TEST_F(PublishTest, TriesAgainWhileTheCatalogIsAway) {
   EXPECT_TRUE(Publish(quick_).ok());
   EXPECT_EQ(Job(job_id_).state(), store::pb::JobRecord::SUCCEEDED);
   EXPECT_EQ(Job(job_id_).attempts(), 1);
+}
+
+TEST_F(PublishTest, TriesAgainWhileTheDiskOfTheCatalogIsFull) {
+  num_failures_ = 3;
+  error_ = absl::ResourceExhaustedError("the disk of the database is full");
+  EXPECT_TRUE(Publish(quick_).ok());
+  EXPECT_EQ(Job(job_id_).state(), store::pb::JobRecord::SUCCEEDED);
+}
+
+// The catalog is away for longer than the lease. Nobody else has taken the job meanwhile.
+TEST_F(PublishTest, GoesOnWhenTheLeaseCannotBeRenewed) {
+  lease_options_.duration = absl::Milliseconds(100);
+  AwayCatalog catalog(*catalog_);
+  catalog.before = [&](const std::string& call) {
+    return call == "Heartbeat" ? kAway : absl::OkStatus();
+  };
+  LeaseKeeper keeper(catalog, lease_, stop_, lease_options_);
+  num_failures_ = 100'000;
+  after_failure_ = [&] {
+    if (!keeper.Check().ok()) num_failures_ = 0;
+  };
+  EXPECT_TRUE(PublishWhileLeased(
+                  keeper, [&] { return PublishLate(); }, quick_)
+                  .ok());
+  EXPECT_TRUE(absl::IsUnavailable(keeper.Check()));
+  EXPECT_EQ(Job(job_id_).state(), store::pb::JobRecord::SUCCEEDED);
+}
+
+TEST_F(PublishTest, AWorkerThatIsRefusedDoesNotWaitHere) {
+  num_failures_ = 2;
+  error_ = absl::PermissionDeniedError("permission denied for table families");
+  EXPECT_EQ(Publish(quick_), error_);
 }
 
 TEST_F(PublishTest, GivesUpAfterTheLongestTime) {
