@@ -29,6 +29,12 @@ bool IsWorthRetrying(const absl::Status& status) {
   return base::IsTransient(status) || absl::IsInternal(status);
 }
 
+// Whether an error of the queue ends the worker: the catalog is damaged, or its tables are of a
+// newer program.
+bool IsFinal(const absl::Status& status) {
+  return absl::IsDataLoss(status) || absl::IsFailedPrecondition(status);
+}
+
 absl::Status RunStages(const store::pb::JobRecord& job, JobContext& context) {
   if (job.has_import_animation()) return RunImport(job.import_animation(), context);
   if (job.has_register_family()) return RunRegistration(job.register_family(), context);
@@ -122,7 +128,7 @@ absl::StatusOr<LoopEnd> JobLoop::Run() {
       return LoopEnd::kMaxJobs;
     }
     const absl::StatusOr<std::optional<store::Lease>> lease = NextLease();
-    if (absl::IsDataLoss(lease.status())) return lease.status();
+    if (IsFinal(lease.status())) return lease.status();
     if (lease.ok() && lease->has_value()) RunGuarded(**lease);
     if (!lease.ok() || lease->has_value()) {
       idle_since_.reset();
@@ -146,7 +152,7 @@ absl::StatusOr<std::optional<store::Lease>> JobLoop::NextLease() {
   if (status.ok()) return lease;
   if (IsRefusal(status)) {
     Await(status);
-  } else if (!absl::IsDataLoss(status)) {
+  } else if (!IsFinal(status)) {
     base::LogWarning(absl::StrCat("queue: ", status.ToString()));
     stop_.WaitFor(std::min(options_.poll, kAfterError));
   }

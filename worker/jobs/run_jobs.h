@@ -50,7 +50,8 @@ enum class LoopEnd {
 // resume from their checkpoints (CheckpointOptions). A worker that is refused (kPermissionDenied,
 // of the stores in a job or of the queue) takes no jobs until its access is restored (Access). Nor
 // does one take the next job before the catalog has heard of the failure of the last one.
-// Errors: options out of range; kDataLoss of the catalog. Other errors are waited out.
+// Errors: options out of range; kDataLoss of the catalog; kFailedPrecondition if its tables are of
+// a newer program. Other errors are waited out.
 absl::StatusOr<LoopEnd> RunJobs(store::Catalog& catalog, store::BlobStore& blobs,
                                 const parallel::Arena& arena, const StopSignal& stop,
                                 const JobLoopOptions& options);

@@ -4,12 +4,14 @@
 #include <string>
 #include <vector>
 
+#include "core/store/sql/sqlite.h"
 #include "tests/worker/jobs/away_catalog.h"
 #include "tests/worker/jobs/jobs_testing.h"
 
 namespace liquidblend::jobs {
 namespace {
 
+using store::Fails;
 using store::Succeeds;
 using store::pb::JobRecord;
 using testing::HasSubstr;
@@ -132,6 +134,18 @@ TEST_F(OutageTest, AResultWaitsUntilTheDiskOfTheCatalogHasRoom) {
   EXPECT_EQ(num_published, 2);
   EXPECT_EQ(Job(job).state(), JobRecord::SUCCEEDED);
   EXPECT_EQ(Job(job).failed_attempts_size(), 0);
+}
+
+// It would be refused whatever it has made. With this program started anew, or a newer one, it goes
+// on.
+TEST_F(OutageTest, AWorkerOfAnOlderProgramEnds) {
+  const std::string job = SubmitBall("a", 1.0);
+  const auto db = *store::Database::Open(store::CatalogPath(folder_.path()), absl::Seconds(10));
+  ASSERT_THAT(
+      db->RunScript(absl::StrCat("PRAGMA user_version = ", store::SqliteTablesVersion() + 1)),
+      Succeeds());
+  EXPECT_THAT(Work(), Fails(absl::StatusCode::kFailedPrecondition, "has schema version"));
+  EXPECT_EQ(Job(job).state(), JobRecord::QUEUED);
 }
 
 }  // namespace

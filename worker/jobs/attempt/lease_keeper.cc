@@ -104,6 +104,9 @@ void LeaseKeeper::Renew() {
   const absl::StatusOr<store::JobControl> control =
       catalog_.Heartbeat(lease_id(), options_.duration, progress);
   if (absl::IsAborted(control.status())) return End(control.status());
+  if (absl::IsFailedPrecondition(control.status())) {
+    return End(absl::UnavailableError(control.status().message()));
+  }
   absl::MutexLock lock(&mutex_);
   if (control.ok()) {
     renewed_ = begin;

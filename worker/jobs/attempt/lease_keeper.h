@@ -48,9 +48,9 @@ class LeaseKeeper {
 
   // OK if the work may go on. Errors: kCancelled if a cancellation was requested; kAborted if the
   // lease is lost, so that results will be refused; kUnavailable if the worker stops and the job is
-  // back in the queue, or once the lease has run out because the catalog could not be reached: then
-  // only the catalog knows if another worker has the job, and this one still tries to renew the
-  // lease.
+  // back in the queue, if the catalog's tables are of a newer program, or once the lease has run
+  // out because the catalog could not be reached: then only the catalog knows if another worker has
+  // the job, and this one still tries to renew the lease.
   absl::Status Check() const;
 
   // The same for a result that is ready: OK, too, if the lease has run out, as the catalog refuses

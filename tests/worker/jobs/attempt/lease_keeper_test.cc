@@ -128,6 +128,20 @@ TEST_F(LeaseKeeperTest, TellsThatTheLeaseCouldNotBeRenewed) {
   EXPECT_TRUE(absl::IsAborted(keeper.CheckForPublishing()));
 }
 
+// No call about the job will succeed any more.
+TEST_F(LeaseKeeperTest, EndsWhenTheTablesAreOfANewerProgram) {
+  AwayCatalog catalog(*catalog_);
+  catalog.before = [](const std::string&) {
+    return absl::FailedPreconditionError("has schema version 8");
+  };
+  LeaseKeeper keeper(catalog, Take("one"), stop_, options_);
+  keeper.Report({});
+  Await([&] { return !keeper.Check().ok(); });
+  EXPECT_EQ(keeper.Check(), absl::UnavailableError("has schema version 8"));
+  EXPECT_EQ(keeper.CheckForPublishing(), keeper.Check());
+  EXPECT_FALSE(keeper.is_released());
+}
+
 TEST_F(LeaseKeeperTest, GivesTheJobBackWhenTheWorkerIsToStop) {
   LeaseKeeper keeper(*catalog_, Take("one"), stop_, options_);
   stop_.Request();
