@@ -4,8 +4,12 @@
 
 #include <algorithm>
 #include <cerrno>
+#include <chrono>
+#include <filesystem>
 
 #include "absl/strings/str_cat.h"
+#include "core/base/random_id.h"
+#include "core/store/blobs/blob_store.h"
 #include "tests/e2e/faults/fault_disk.h"
 #include "tests/e2e/faults/faults_testing.h"
 
@@ -103,6 +107,55 @@ TEST_F(FaultsDiskTest, APowerCutThatLosesSomePagesLosesNothing) {
                  Tier::kEmbedded);
   LosePowerInEachRun(line, /*by_chance=*/true);
 }
+
+constexpr int kNumOldCopies = 64;
+constexpr size_t kCopyBytes = size_t{1} << 18;
+
+// The cache's disk is smaller than --cache-size, and full of copies that nobody has used for hours.
+class FaultsFullCacheTest : public FaultsDiskTest, public testing::WithParamInterface<bool> {
+ protected:
+  // Fills the disk of this run.
+  void FillCache(FaultLayer& layer) {
+    namespace fs = std::filesystem;
+    const auto hours_ago = fs::file_time_type::clock::now() - std::chrono::hours(3);
+    for (int k = 0; k < kNumOldCopies; ++k) {
+      const std::string copy =
+          store::LocalBlobPath(blob_folder(), absl::StrCat("sha256-", base::RandomHex(32)));
+      fs::create_directories(fs::path(copy).parent_path());
+      store::WriteFile(copy, std::string(kCopyBytes, 'x'));
+      fs::last_write_time(copy, hours_ago);
+    }
+    int64_t used_bytes = 0;
+    for (const auto& entry : fs::recursive_directory_iterator(data())) {
+      if (entry.is_regular_file()) used_bytes += static_cast<int64_t>(entry.file_size());
+    }
+    layer.control().disk_bytes = used_bytes;
+  }
+};
+
+TEST_P(FaultsFullCacheTest, LosesNoAttempt) {
+  const bool of_server = GetParam();
+  FaultLine line(absl::StrCat("the ", of_server ? "server's" : "worker's",
+                              " cache of S3 is on a disk that is full of old copies"),
+                 Tier::kShared);
+  for (int run = 1; run <= NumFaultRuns(); ++run) {
+    BeginRun(line, Tier::kShared);
+    FaultLayer& layer = MakeLayer(/*has_disk=*/false);
+    const std::vector<std::string> none, layered = layer.environment();
+    Process server = StartServer(0, of_server ? layered : none);
+    if (of_server) FillCache(layer);
+    EXPECT_TRUE(SubmitWork());
+    if (!of_server) FillCache(layer);
+    EndRun(std::move(server), StartFaultWorker(of_server ? none : layered));
+    EXPECT_GT(layer.control().num_failed, 0);
+  }
+  EXPECT_EQ(line.num_retried, 0);
+}
+
+INSTANTIATE_TEST_SUITE_P(Cache, FaultsFullCacheTest, testing::Bool(),
+                         [](const testing::TestParamInfo<bool>& of_server) {
+                           return std::string(of_server.param ? "server" : "worker");
+                         });
 
 std::vector<Failure> AllFailures() {
   std::vector<Failure> failures;

@@ -19,8 +19,10 @@
 #include <cstdarg>
 #include <cstdlib>
 #include <ctime>
+#include <filesystem>
 #include <string>
 #include <string_view>
+#include <system_error>
 
 #include "tests/e2e/faults/fault_disk.h"
 
@@ -104,6 +106,33 @@ size_t Part(size_t size) {
   const bool is_before =
       control.call == FaultyCall::kWrite && control.num_calls + 1 == control.first;
   return is_before && control.error_number == ENOSPC && size > 1 ? size / 2 : size;
+}
+
+// What is below the folder. Files may come and go meanwhile.
+int64_t UsedBytes() {
+  namespace fs = std::filesystem;
+  int64_t num_bytes = 0;
+  std::error_code error;
+  for (fs::recursive_directory_iterator entry(the_layer.load()->folder, error), end;
+       !error && entry != end; entry.increment(error)) {
+    std::error_code gone;
+    const bool is_file = entry->is_regular_file(gone);
+    const uintmax_t size = is_file ? entry->file_size(gone) : 0;
+    if (!gone) num_bytes += static_cast<int64_t>(size);
+  }
+  return num_bytes;
+}
+
+// How much of a write the disk takes; 0: it is full.
+size_t TakenBy(size_t size) {
+  FaultControl& control = *the_layer.load()->control;
+  const int64_t disk_bytes = control.disk_bytes;
+  if (disk_bytes == 0) return size;
+  const int64_t num_free = disk_bytes - UsedBytes();
+  if (num_free > 0) return std::min(size, static_cast<size_t>(num_free));
+  ++control.num_failed;
+  errno = ENOSPC;
+  return 0;
 }
 
 // Flushes by `flush`, and tells the disk; one program at a time, so that the power goes for all at
@@ -193,6 +222,7 @@ ssize_t write(int fd, const void* bytes, size_t size) {
   const bool is_concerned = IsConcerned(fd);
   if (is_concerned) size = Part(size);
   if (is_concerned && Fails(FaultyCall::kWrite)) return -1;
+  if (is_concerned && size > 0 && (size = TakenBy(size)) == 0) return -1;
   static constinit Next<ssize_t(int, const void*, size_t)> next("write");
   return next(fd, bytes, size);
 }

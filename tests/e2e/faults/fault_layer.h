@@ -28,6 +28,8 @@ struct FaultControl {
   std::atomic<int64_t> num_failing;  // from the first on
   std::atomic<int64_t> num_calls;    // so far
   std::atomic<int64_t> num_failed;
+  // Writes fail with ENOSPC, too, once what is below the folder takes so many bytes. 0: never.
+  std::atomic<int64_t> disk_bytes;
   // Instead of this flush all programs are killed: the power is off. 0: never.
   std::atomic<int64_t> off_at_sync;
   std::atomic<int64_t> num_syncs;

@@ -105,8 +105,8 @@ void FaultTest::TakeTemplate() {
 
 Process FaultTest::StartFaultWorker(const std::vector<std::string>& environment) {
   std::vector<std::string> arguments = StoreArguments();
-  const std::string lease = absl::StrCat(600 * Slowness(), "ms");  // slow ones renew it late, too
-  arguments.insert(arguments.end(), {"--lease", lease, "--poll", "20ms", "--threads", "1"});
+  arguments.insert(arguments.end(), {"--lease", absl::FormatDuration(WorkerLease()), "--poll",
+                                     "20ms", "--threads", "1"});
   std::vector<std::string> all = environment;
   all.push_back("LIQUIDBLEND_CHECKPOINT_INTERVAL=1ms");
   all.push_back("LIQUIDBLEND_CHECKPOINT_ITERATIONS=1");

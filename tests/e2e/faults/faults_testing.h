@@ -82,6 +82,8 @@ class FaultTest : public E2eTest {
 
   // With a short lease, and a checkpoint after every iteration.
   Process StartFaultWorker(const std::vector<std::string>& environment = {});
+  // Its lease; slow programs renew it late, too.
+  absl::Duration WorkerLease() const { return Slowness() * worker_lease_; }
   // Until a program that is to die has died, or all that was accepted has been done for a while
   // without that: false.
   bool AwaitDeath(const Process& program);
@@ -104,6 +106,7 @@ class FaultTest : public E2eTest {
   const std::vector<std::string>& errors() const { return errors_; }
 
   int num_iterations_ = 3;
+  absl::Duration worker_lease_ = absl::Milliseconds(600);
   // What programs know of the fake S3 beside its address; read by the first BeginRun().
   std::vector<std::string> s3_environment_ = {"AWS_ACCESS_KEY_ID=id",
                                               "AWS_SECRET_ACCESS_KEY=secret"};

@@ -78,6 +78,25 @@ TEST_F(FaultsNetworkTest, PostgresRestartedInMidJob) {
   });
 }
 
+// An idle worker is there as well, which might think that the other one is lost.
+TEST_F(FaultsNetworkTest, PostgresAwayForLongerThanTheLease) {
+  TakeTime();
+  worker_lease_ = absl::Seconds(3);
+  Each("PostgreSQL away for longer than the lease in mid-job", [&](int) {
+    Process server = StartServer();
+    EXPECT_TRUE(SubmitWork());
+    Process worker = StartFaultWorker(), idle = StartFaultWorker();
+    AwaitMidJob();
+    postgres().Kill();
+    absl::SleepFor(WorkerLease() + absl::Seconds(1));
+    postgres().Start();
+    EndRun(std::move(server), std::move(worker), [&] {
+      const store::pb::JobRecord job = JobOf(registration());
+      for (const auto& attempt : job.failed_attempts()) EXPECT_FALSE(attempt.worker_lost());
+    });
+  });
+}
+
 // Who has a family in memory needs no database for frames of it.
 TEST_F(FaultsNetworkTest, FramesGoOnWhilePostgresIsAway) {
   Each("PostgreSQL away while frames are asked for", [&](int) {
