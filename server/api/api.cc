@@ -6,7 +6,6 @@
 #include "core/base/status_macros.h"
 #include "server/api/handlers.h"
 #include "server/api/import_animation.h"
-#include "server/api/measure_correspondences.h"
 #include "server/base/guarded.h"
 #include "server/base/names.h"
 #include "server/frames/backends.h"

@@ -6,12 +6,14 @@
 // Threads: safe.
 #pragma once
 
+#include "absl/functional/any_invocable.h"
 #include "absl/status/statusor.h"
 #include "absl/time/time.h"
 #include "google/longrunning/operations.pb.h"
 #include "google/protobuf/empty.pb.h"
 #include "liquidblend/v1/liquidblend.pb.h"
 #include "server/access/principal.h"
+#include "server/api/operation_watch.h"
 #include "server/frames/backends.h"
 
 namespace liquidblend::server {
@@ -59,6 +61,17 @@ absl::StatusOr<v1::ListFamiliesResponse> ListFamilies(Backends& backends,
 absl::StatusOr<v1::Family> RollbackFamily(Backends& backends,
                                           const v1::RollbackFamilyRequest& request);
 absl::StatusOr<Empty> DeleteFamily(Backends& backends, const v1::DeleteFamilyRequest& request);
+
+// measure_correspondences.cc. Does not block: measures slice by slice, each in a turn of its own on
+// the pool of frames, so that a measurement of thousands of slices takes its caller's share of the
+// cores and keeps no thread waiting. Errors: CheckMeasurement's, FindFamily's, and
+// FramePool::Post's for the first slice.
+//   is_wanted  asked before each slice; once it says no, the call ends with kCancelled
+//   done       called once, on a thread of a pool, or before this returns
+void MeasureCorrespondences(
+    Backends& backends, const v1::MeasureCorrespondencesRequest& request, const Caller& caller,
+    IsWanted is_wanted,
+    absl::AnyInvocable<void(absl::StatusOr<v1::MeasureCorrespondencesResponse>)> done);
 
 // operations.cc
 absl::StatusOr<lro::Operation> GetOperation(Backends& backends,

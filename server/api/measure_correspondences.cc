@@ -1,4 +1,4 @@
-#include "server/api/measure_correspondences.h"
+#include "server/api/handlers.h"
 
 #include <memory>
 #include <optional>

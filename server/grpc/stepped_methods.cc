@@ -2,8 +2,8 @@
 #include <memory>
 #include <utility>
 
+#include "server/api/handlers.h"
 #include "server/api/import_animation.h"
-#include "server/api/measure_correspondences.h"
 #include "server/grpc/stepped_call.h"
 #include "server/grpc/streaming.h"
 

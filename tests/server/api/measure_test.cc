@@ -7,7 +7,6 @@
 #include "absl/strings/str_cat.h"
 #include "absl/synchronization/notification.h"
 #include "server/api/handlers.h"
-#include "server/api/measure_correspondences.h"
 #include "tests/server/backends_testing.h"
 
 namespace liquidblend::server::measure_test {
