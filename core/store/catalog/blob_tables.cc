@@ -7,16 +7,13 @@
 #include "absl/functional/function_ref.h"
 #include "core/base/status_macros.h"
 #include "core/store/catalog/catalog_tables.h"
+#include "core/store/catalog/record_parts.h"
 
 namespace liquidblend::store {
 namespace {
 
 constexpr int64_t kNamesAtOnce = 20'000;
 constexpr int64_t kJobsAtOnce = 50;  // an import may have thousands of files, 130 bytes each
-
-// The key of a page's row.
-void ReadKey(const SqlRow& row, std::string& key) { key = row.String(0); }
-void ReadKey(const SqlRow& row, int64_t& key) { key = row.Int(0); }
 
 // Reads all rows of `statement`, which selects (key, value) with the values (last key, limit) in
 // the order of the keys, in pages. All rows of one key are read in one statement: the last key of

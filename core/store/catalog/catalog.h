@@ -39,8 +39,9 @@ struct JobControl {
 // Page of a list of records.
 template <typename Record>
 struct Page {
-  std::vector<Record> records;  // in the order of their ids (jobs: newest first)
-  std::string next_page_token;  // empty: no more
+  std::vector<Record> records;      // in the order of their ids (jobs: newest first)
+  std::vector<std::string> tokens;  // for each record, of the page after it
+  std::string next_page_token;      // empty: no more
 };
 
 // The memory of a worker that takes any job.
@@ -104,7 +105,8 @@ inline constexpr absl::Duration kLongestLease = absl::Minutes(10);
 // Errors of all calls: kUnavailable (locked or lost database), kResourceExhausted (disk full),
 // kPermissionDenied, kDataLoss (corrupt database); messages name the database. kInvalidArgument for
 // a record that contradicts itself, a string that is not UTF-8, or a page token of another list.
-// Page sizes: at most 1000; 0 or less: 100.
+// Page sizes: at most 1000; 0 or less: 100. A page ends earlier if its records have 4 MiB: it has
+// at least one, and a next_page_token if more follow.
 class Catalog : public CatalogUpkeep {
  public:
   // ---- Accepting work: the row and its job appear together.
@@ -154,7 +156,8 @@ class Catalog : public CatalogUpkeep {
   // Measures the queue.  Cost: reads the rows of all queued jobs, and one record.
   //   memory_bytes  of the largest worker
   virtual absl::StatusOr<QueueFigures> MeasureQueue(int64_t memory_bytes) = 0;
-  // The jobs that ended after that time, the newest first, at most max_jobs. No children.
+  // The jobs that ended after that time, the newest first, at most max_jobs. No children, and
+  // without the lists of their requests: files, times of frames, correspondences.
   virtual absl::StatusOr<std::vector<pb::JobRecord>> ListEndedJobs(absl::Time after,
                                                                    int max_jobs) = 0;
   // Every blob that a record, an unfinished job or a child of one refers to, sorted, each once.

@@ -1,5 +1,6 @@
 #include "core/store/catalog/catalog_tables.h"
 
+#include <algorithm>
 #include <limits>
 #include <utility>
 
@@ -7,6 +8,7 @@
 #include "absl/strings/str_cat.h"
 #include "core/base/status_macros.h"
 #include "core/store/catalog/job_records.h"
+#include "core/store/catalog/record_parts.h"
 #include "core/store/catalog/use_tables.h"
 #include "core/store/catalog/version_tables.h"
 
@@ -34,36 +36,32 @@ absl::StatusOr<Record> FindRecord(Sql& sql, absl::string_view statement, const s
   return found;
 }
 
-// Finds all records of jobs that `statement` selects, in its only column.
-absl::StatusOr<std::vector<pb::JobRecord>> FindJobRecords(Sql& sql, absl::string_view statement,
-                                                          std::initializer_list<SqlValue> values) {
-  std::vector<pb::JobRecord> jobs;
-  LB_RETURN_IF_ERROR(sql.Run(statement, values, [&](const SqlRow& row) -> absl::Status {
-    LB_ASSIGN_OR_RETURN(pb::JobRecord job, ParseJob(sql, row.String(0)));
-    jobs.push_back(std::move(job));
-    return absl::OkStatus();
-  }));
-  return jobs;
-}
-
-// Reads a page of records. `statement` selects (key, record) with the values (last key, limit).
-template <typename Record>
-absl::StatusOr<Page<Record>> PageOf(Sql& sql, absl::string_view statement, const std::string& list,
-                                    const SqlValue& last_key, int page_size) {
+// Reads a page of records. Rows of `rows` are (key, record), a key for each.
+template <typename Record, typename Key>
+absl::StatusOr<Page<Record>> PageOf(Sql& sql, const RecordRows& rows, const std::string& list,
+                                    const Key& before, int page_size) {
   Page<Record> page;
-  const int size = PageSize(page_size);
-  std::string key;
-  LB_RETURN_IF_ERROR(
-      sql.Run(statement, {last_key, int64_t{size} + 1}, [&](const SqlRow& row) -> absl::Status {
-        if (page.records.size() == static_cast<size_t>(size)) {
-          page.next_page_token = PageToken(list, key);
-          return absl::OkStatus();
-        }
-        key = row.String(0);
-        LB_ASSIGN_OR_RETURN(Record record, Parse<Record>(sql, list, row.String(1)));
-        page.records.push_back(std::move(record));
-        return absl::OkStatus();
-      }));
+  const auto size = static_cast<size_t>(PageSize(page_size));
+  LB_ASSIGN_OR_RETURN(const std::vector<RecordLength<Key>> lengths,
+                      ReadLengths(sql, rows, before, static_cast<int64_t>(size) + 1));
+  if (lengths.empty()) return page;
+  const size_t end = EndOfPart(lengths, 0, size);
+  const Key& last = lengths[end - 1].key;
+  bool has_more = end < lengths.size();
+  const auto add = [&](const SqlRow& row) -> absl::Status {
+    has_more = has_more || page.records.size() == size;  // rows that have come meanwhile
+    if (page.records.size() == size) return absl::OkStatus();
+    LB_ASSIGN_OR_RETURN(Record record, Parse<Record>(sql, list, row.String(1)));
+    page.records.push_back(std::move(record));
+    page.tokens.push_back(PageToken(list, row.String(0)));
+    return absl::OkStatus();
+  };
+  LB_RETURN_IF_ERROR(sql.Run(rows.records, {before, last}, add));
+  // If no row is left of those that were there, the next page begins after them.
+  if (has_more) {
+    page.next_page_token =
+        page.tokens.empty() ? PageToken(list, absl::StrCat(last)) : page.tokens.back();
+  }
   return page;
 }
 
@@ -150,7 +148,14 @@ absl::StatusOr<std::optional<pb::JobRecord>> FindRequest(Sql& sql, const std::st
 }
 
 absl::StatusOr<std::vector<pb::JobRecord>> FindChildren(Sql& sql, const std::string& parent) {
-  return FindJobRecords(sql, "SELECT record FROM jobs WHERE parent = $1 ORDER BY number", {parent});
+  std::vector<pb::JobRecord> children;
+  const auto add = [&](const SqlRow& row) -> absl::Status {
+    LB_ASSIGN_OR_RETURN(children.emplace_back(), ParseJob(sql, row.String(0)));
+    return absl::OkStatus();
+  };
+  LB_RETURN_IF_ERROR(
+      sql.Run("SELECT record FROM jobs WHERE parent = $1 ORDER BY number", {parent}, add));
+  return children;
 }
 
 absl::StatusOr<std::string> FindUnfinishedJobOf(Sql& sql, const std::string& subject) {
@@ -164,13 +169,25 @@ absl::StatusOr<std::string> FindUnfinishedJobOf(Sql& sql, const std::string& sub
   return id;
 }
 
-absl::StatusOr<std::vector<pb::JobRecord>> FindUnfinishedRegistrations(Sql& sql) {
+absl::StatusOr<std::string> FindUnfinishedRegistrationWith(Sql& sql, const std::string& animation) {
+  const std::string unfinished = Unfinished(sql);
   // '0' is the character after '/'.
-  return FindJobRecords(sql,
-                        absl::StrCat("SELECT record FROM jobs ", Unfinished(sql),
-                                     " AND subject > 'families/' AND subject < 'families0' "
-                                     "ORDER BY number"),
-                        {});
+  const RecordRows rows = {absl::StrCat("SELECT subject, length(record) FROM jobs ", unfinished,
+                                        " AND subject > $1 AND subject < 'families0' "
+                                        "ORDER BY subject LIMIT $2"),
+                           absl::StrCat("SELECT subject, record FROM jobs ", unfinished,
+                                        " AND subject > $1 AND subject <= $2 ORDER BY subject")};
+  std::string found;
+  const auto look = [&](const SqlRow& row) -> absl::Status {
+    LB_ASSIGN_OR_RETURN(const pb::JobRecord job, ParseJob(sql, row.String(1)));
+    const std::vector<std::string> ids = AnimationsOf(job);
+    if (std::count(ids.begin(), ids.end(), animation) == 0) return absl::OkStatus();
+    found = job.id();
+    return absl::CancelledError("found");  // so that no more are read
+  };
+  const absl::Status read = ReadInParts(sql, rows, std::string("families/"), look);
+  if (found.empty()) LB_RETURN_IF_ERROR(read);
+  return found;
 }
 
 absl::StatusOr<JobCounts> CountJobsByState(Sql& sql) {
@@ -310,17 +327,19 @@ absl::Status RemoveChildren(Sql& sql, const std::string& parent) {
 absl::StatusOr<Page<pb::AnimationRecord>> PageOfAnimations(Sql& sql, int page_size,
                                                            const std::string& token) {
   LB_ASSIGN_OR_RETURN(const std::string last, LastKey("animations", token));
-  return PageOf<pb::AnimationRecord>(
-      sql, "SELECT id, record FROM animations WHERE id > $1 ORDER BY id LIMIT $2", "animations",
-      last, page_size);
+  const RecordRows rows = {
+      "SELECT id, length(record) FROM animations WHERE id > $1 ORDER BY id LIMIT $2",
+      "SELECT id, record FROM animations WHERE id > $1 AND id <= $2 ORDER BY id"};
+  return PageOf<pb::AnimationRecord>(sql, rows, "animations", last, page_size);
 }
 
 absl::StatusOr<Page<pb::FamilyRecord>> PageOfFamilies(Sql& sql, int page_size,
                                                       const std::string& token) {
   LB_ASSIGN_OR_RETURN(const std::string last, LastKey("families", token));
-  return PageOf<pb::FamilyRecord>(
-      sql, "SELECT id, record FROM families WHERE id > $1 ORDER BY id LIMIT $2", "families", last,
-      page_size);
+  const RecordRows rows = {
+      "SELECT id, length(record) FROM families WHERE id > $1 ORDER BY id LIMIT $2",
+      "SELECT id, record FROM families WHERE id > $1 AND id <= $2 ORDER BY id"};
+  return PageOf<pb::FamilyRecord>(sql, rows, "families", last, page_size);
 }
 
 absl::StatusOr<Page<pb::JobRecord>> PageOfJobs(Sql& sql, int page_size, const std::string& token) {
@@ -329,11 +348,12 @@ absl::StatusOr<Page<pb::JobRecord>> PageOfJobs(Sql& sql, int page_size, const st
   if (!last.empty() && !absl::SimpleAtoi(last, &before)) {
     return absl::InvalidArgumentError(absl::StrCat("page token '", token, "' is damaged"));
   }
-  return PageOf<pb::JobRecord>(
-      sql,
-      "SELECT number, record FROM jobs WHERE parent IS NULL AND number < $1 ORDER BY number DESC "
-      "LIMIT $2",
-      "jobs", before, page_size);
+  const RecordRows rows = {
+      "SELECT number, length(record) FROM jobs WHERE parent IS NULL AND number < $1 "
+      "ORDER BY number DESC LIMIT $2",
+      "SELECT number, record FROM jobs WHERE parent IS NULL AND number < $1 AND number >= $2 "
+      "ORDER BY number DESC"};
+  return PageOf<pb::JobRecord>(sql, rows, "jobs", before, page_size);
 }
 
 }  // namespace liquidblend::store

@@ -42,8 +42,9 @@ absl::StatusOr<JobRow> FindLeasedJob(Sql& sql, const std::string& lease_id);
 absl::StatusOr<std::optional<pb::JobRecord>> FindRequest(Sql& sql, const std::string& request_id);
 // The id of a job, not a child, that makes this subject (SubjectOf()) and is not done; empty: none.
 absl::StatusOr<std::string> FindUnfinishedJobOf(Sql& sql, const std::string& subject);
-// All registrations that are not done, without children.
-absl::StatusOr<std::vector<pb::JobRecord>> FindUnfinishedRegistrations(Sql& sql);
+// The id of a registration, not a child, that needs the animation and is not done; empty: none.
+// Cost: reads all registrations that are not done.
+absl::StatusOr<std::string> FindUnfinishedRegistrationWith(Sql& sql, const std::string& animation);
 // The number of jobs and children per state.
 absl::StatusOr<JobCounts> CountJobsByState(Sql& sql);
 // See Catalog::CountJobsByMemory().

@@ -77,7 +77,9 @@ class CatalogUpkeep {
   // The versions that are kept beside the published ones.  Cost: one query.
   virtual absl::StatusOr<KeptVersions> ListKeptNumbers() = 0;
 
-  // Jobs and children of jobs that are queued, running or waiting, in the order of submission.
+  // Jobs and children of jobs that are queued, running or waiting, in the order of submission, each
+  // as it is when it is read. Without the lists of their requests: files, times of frames,
+  // correspondences.
   virtual absl::StatusOr<std::vector<HeldJob>> ListUnfinishedJobs() = 0;
 
   // Reads everything in one snapshot. Damaged records are reported, not an error.

@@ -50,6 +50,15 @@ std::vector<std::string> AnimationsOf(const pb::JobRecord& job) {
   return ids;
 }
 
+// Assigns empty lists: a list that is cleared keeps its memory.
+void DropLists(pb::JobRecord& job) {
+  if (job.has_import_animation()) {
+    *job.mutable_import_animation()->mutable_files() = {};
+    *job.mutable_import_animation()->mutable_options()->mutable_frame_times() = {};
+  }
+  if (job.has_register_family()) *job.mutable_register_family()->mutable_correspondences() = {};
+}
+
 absl::Status CheckImport(const pb::AnimationRecord& animation, const pb::JobRecord& job) {
   if (animation.id().empty()) return absl::InvalidArgumentError("an animation needs an id");
   if (job.has_import_animation() && job.import_animation().animation() == animation.id()) {

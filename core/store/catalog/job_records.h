@@ -23,6 +23,10 @@ std::string SubjectOf(const pb::JobRecord& job);
 // registers. None for a child, as its parent has them.
 std::vector<std::string> AnimationsOf(const pb::JobRecord& job);
 
+// Removes the lists of the job's request, which make up most of a long record: files and times of
+// frames, or correspondences.
+void DropLists(pb::JobRecord& job);
+
 // Check the payload of a job.  Errors: kInvalidArgument if it is not an import of `animation`, or
 // not a registration.
 absl::Status CheckImport(const pb::AnimationRecord& animation, const pb::JobRecord& job);

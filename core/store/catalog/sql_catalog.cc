@@ -64,12 +64,9 @@ absl::Status CheckUnneeded(Sql& sql, const std::string& animation) {
   LB_ASSIGN_OR_RETURN(const std::string import,
                       FindUnfinishedJobOf(sql, absl::StrCat("animations/", animation)));
   if (!import.empty()) return NeededByError(subject, import);
-  LB_ASSIGN_OR_RETURN(const std::vector<pb::JobRecord> jobs, FindUnfinishedRegistrations(sql));
-  for (const pb::JobRecord& job : jobs) {
-    const std::vector<std::string> ids = AnimationsOf(job);
-    if (std::count(ids.begin(), ids.end(), animation) > 0) return NeededByError(subject, job.id());
-  }
-  return absl::OkStatus();
+  LB_ASSIGN_OR_RETURN(const std::string registration,
+                      FindUnfinishedRegistrationWith(sql, animation));
+  return registration.empty() ? absl::OkStatus() : NeededByError(subject, registration);
 }
 
 class SqlCatalog : public Catalog {

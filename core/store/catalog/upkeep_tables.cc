@@ -9,6 +9,7 @@
 #include "core/store/catalog/catalog_tables.h"
 #include "core/store/catalog/job_records.h"
 #include "core/store/catalog/owner_tables.h"
+#include "core/store/catalog/record_parts.h"
 #include "core/store/catalog/version_tables.h"
 
 namespace liquidblend::store {
@@ -184,23 +185,26 @@ absl::StatusOr<std::map<std::string, int64_t>> ListFamilyVersions(Sql& sql) {
 }
 
 absl::StatusOr<std::vector<HeldJob>> ListUnfinishedJobs(Sql& sql) {
+  const RecordRows rows = {
+      "SELECT number, length(record) FROM jobs WHERE state IN (1, 2, 6) AND "
+      "number > $1 ORDER BY number LIMIT $2",
+      "SELECT number, id, record, due_us FROM jobs WHERE state IN (1, 2, 6) "
+      "AND number > $1 AND number <= $2 ORDER BY number"};
   std::vector<HeldJob> jobs;
-  LB_RETURN_IF_ERROR(sql.Run(
-      "SELECT id, record, due_us FROM jobs WHERE state IN ($1, $2, $3) ORDER BY number",
-      {int64_t{pb::JobRecord::QUEUED}, int64_t{pb::JobRecord::RUNNING},
-       int64_t{pb::JobRecord::WAITING}},
-      [&](const SqlRow& row) {
-        HeldJob held;
-        if (!held.job.ParseFromString(row.String(1))) {
-          return absl::DataLossError(absl::StrCat("database ", sql.name(), ": the record of job '",
-                                                  row.String(0), "' cannot be read"));
-        }
-        if (held.job.state() == pb::JobRecord::RUNNING) {
-          held.lease_expires = absl::FromUnixMicros(row.Int(2));
-        }
-        jobs.push_back(std::move(held));
-        return absl::OkStatus();
-      }));
+  const auto add = [&](const SqlRow& row) {
+    HeldJob held;
+    if (!held.job.ParseFromString(row.String(2))) {
+      return absl::DataLossError(absl::StrCat("database ", sql.name(), ": the record of job '",
+                                              row.String(1), "' cannot be read"));
+    }
+    DropLists(held.job);
+    if (held.job.state() == pb::JobRecord::RUNNING) {
+      held.lease_expires = absl::FromUnixMicros(row.Int(3));
+    }
+    jobs.push_back(std::move(held));
+    return absl::OkStatus();
+  };
+  LB_RETURN_IF_ERROR(ReadInParts(sql, rows, int64_t{0}, add));
   return jobs;
 }
 

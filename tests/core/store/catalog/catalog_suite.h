@@ -16,6 +16,7 @@
 #include "tests/core/store/catalog/catalog_memory_suite.h"
 #include "tests/core/store/catalog/catalog_order_suite.h"
 #include "tests/core/store/catalog/catalog_owners_suite.h"
+#include "tests/core/store/catalog/catalog_pages_suite.h"
 #include "tests/core/store/catalog/catalog_queue_suite.h"
 #include "tests/core/store/catalog/catalog_retry_suite.h"
 #include "tests/core/store/catalog/catalog_testing.h"

@@ -212,6 +212,21 @@ TEST_F(SqliteCatalogTest, FindsTheNextJobByAnIndexHoweverLongTheHistory) {
       "SELECT family, blob FROM (SELECT id AS family, blob FROM families UNION ALL SELECT family, "
       "blob FROM kept_versions) AS versions WHERE family > 'f' ORDER BY family LIMIT 5");
   EXPECT_THAT(versions, ::testing::Not(::testing::HasSubstr("SCAN")));
+  // Lists of records.
+  EXPECT_THAT(plan("SELECT id, length(record) FROM animations WHERE id > 'a' ORDER BY id LIMIT 9"),
+              ::testing::HasSubstr("(id>?)"));
+  EXPECT_THAT(plan("SELECT id, record FROM families WHERE id > 'a' AND id <= 'b' ORDER BY id"),
+              ::testing::HasSubstr("(id>? AND id<?)"));
+  for (const std::string columns : {"number, length(record)", "number, record"}) {
+    const std::string page = plan("SELECT " + columns +
+                                  " FROM jobs WHERE parent IS NULL AND number < 9 AND number >= 5 "
+                                  "ORDER BY number DESC");
+    EXPECT_THAT(page, ::testing::HasSubstr("SEARCH jobs USING"));
+    EXPECT_THAT(page, ::testing::Not(::testing::HasSubstr("TEMP B-TREE")));
+  }
+  EXPECT_THAT(plan("SELECT number, length(record) FROM jobs WHERE ended_us > 5 "
+                   "ORDER BY ended_us DESC LIMIT 9"),
+              ::testing::HasSubstr("jobs_by_end (ended_us>?)"));
   EXPECT_THAT(plan("SELECT MIN(due_us) FROM jobs INDEXED BY jobs_queued_by_due WHERE state = 1 AND "
                    "due_us > 7 AND memory_bytes <= 5"),
               ::testing::HasSubstr("jobs_queued_by_due (due_us>?)"));
