@@ -68,18 +68,13 @@ constexpr char kSelectChildren[] =
 
 absl::StatusOr<std::vector<std::string>> BlobsInUse(Sql& sql) {
   std::vector<std::string> blobs;
-  const auto append = [&](const std::string& blob) {
-    if (!blob.empty()) blobs.push_back(blob);
-  };
   const auto append_blob = [&](const std::string& blob) {
-    append(blob);
+    if (!blob.empty()) blobs.push_back(blob);
     return absl::OkStatus();
   };
   const auto append_of_job = [&](const std::string& record) -> absl::Status {
     LB_ASSIGN_OR_RETURN(const pb::JobRecord job, ParseJob(sql, record));
-    for (const pb::SourceFile& file : job.import_animation().files()) append(file.blob());
-    append(job.checkpoint_blob());
-    append(job.result_blob());
+    AddBlobsOf(job, blobs);
     return absl::OkStatus();
   };
   for (const char* statement : {kSelectAnimations, kSelectFamilies}) {
@@ -88,6 +83,15 @@ absl::StatusOr<std::vector<std::string>> BlobsInUse(Sql& sql) {
   LB_RETURN_IF_ERROR(ReadInPages(sql, kSelectJobs, int64_t{0}, kJobsAtOnce, append_of_job));
   LB_RETURN_IF_ERROR(ReadInPages(sql, kSelectChildren, std::string(), kJobsAtOnce, append_of_job));
   return blobs;
+}
+
+void AddBlobsOf(const pb::JobRecord& job, std::vector<std::string>& blobs) {
+  const auto add = [&](const std::string& blob) {
+    if (!blob.empty()) blobs.push_back(blob);
+  };
+  for (const pb::SourceFile& file : job.import_animation().files()) add(file.blob());
+  add(job.checkpoint_blob());
+  add(job.result_blob());
 }
 
 std::vector<std::string> SortedOnce(std::vector<std::string> blobs) {

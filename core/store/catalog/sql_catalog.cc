@@ -17,6 +17,7 @@
 #include "core/store/catalog/blob_tables.h"
 #include "core/store/catalog/catalog_tables.h"
 #include "core/store/catalog/figure_tables.h"
+#include "core/store/catalog/inspection.h"
 #include "core/store/catalog/job_queue.h"
 #include "core/store/catalog/job_records.h"
 #include "core/store/catalog/next_job.h"
@@ -156,8 +157,8 @@ class SqlCatalog : public Catalog {
   }
 
   absl::StatusOr<CatalogInspection> Inspect() override {
-    LB_ASSIGN_OR_RETURN(CatalogInspection inspection,
-                        ReadSnapshot([](Sql& sql) { return InspectTables(sql); }));
+    LB_ASSIGN_OR_RETURN(CatalogRows rows, ReadSnapshot([](Sql& sql) { return ReadRows(sql); }));
+    CatalogInspection inspection = InspectRows(std::move(rows));
     inspection.blobs = SortedOnce(std::move(inspection.blobs));
     return inspection;
   }

@@ -5,7 +5,6 @@
 
 #include "absl/strings/str_cat.h"
 #include "core/base/status_macros.h"
-#include "core/store/catalog/blob_tables.h"
 #include "core/store/catalog/catalog_tables.h"
 #include "core/store/catalog/job_records.h"
 #include "core/store/catalog/owner_tables.h"
@@ -17,102 +16,6 @@ namespace {
 
 using Names = std::set<std::string>;
 
-// Parses a record, and compares it with its columns. Returns false and adds to `damage` if it
-// cannot be read or differs.
-template <typename Record>
-bool ParseRow(const std::string& what, const std::string& bytes,
-              absl::FunctionRef<bool(const Record&)> agrees, std::vector<Record>& records,
-              std::vector<std::string>& damage) {
-  Record record;
-  if (!record.ParseFromString(bytes)) {
-    damage.push_back(absl::StrCat("the record of ", what, " cannot be read"));
-    return false;
-  }
-  if (!agrees(record)) {
-    damage.push_back(absl::StrCat("the record of ", what, " contradicts the columns of its row"));
-    return false;
-  }
-  records.push_back(std::move(record));
-  return true;
-}
-
-absl::Status InspectAnimations(Sql& sql, CatalogInspection& result) {
-  return sql.Run("SELECT id, state, blob, record FROM animations ORDER BY id", {},
-                 [&](const SqlRow& row) {
-                   ParseRow<pb::AnimationRecord>(
-                       absl::StrCat("animation '", row.String(0), "'"), row.String(3),
-                       [&](const pb::AnimationRecord& record) {
-                         return record.id() == row.String(0) && record.state() == row.Int(1) &&
-                                record.blob() == row.String(2);
-                       },
-                       result.contents.animations, result.damage);
-                   return absl::OkStatus();
-                 });
-}
-
-absl::Status InspectFamilies(Sql& sql, CatalogInspection& result) {
-  return sql.Run("SELECT id, version, blob, record FROM families ORDER BY id", {},
-                 [&](const SqlRow& row) {
-                   ParseRow<pb::FamilyRecord>(
-                       absl::StrCat("family '", row.String(0), "'"), row.String(3),
-                       [&](const pb::FamilyRecord& record) {
-                         return record.id() == row.String(0) && record.version() == row.Int(1) &&
-                                record.blob() == row.String(2);
-                       },
-                       result.contents.families, result.damage);
-                   return absl::OkStatus();
-                 });
-}
-
-absl::Status InspectKeptVersions(Sql& sql, CatalogInspection& result) {
-  return sql.Run("SELECT family, version, blob, record FROM kept_versions ORDER BY family, version",
-                 {}, [&](const SqlRow& row) {
-                   ParseRow<pb::FamilyRecord>(
-                       absl::StrCat("version ", row.Int(1), " of family '", row.String(0), "'"),
-                       row.String(3),
-                       [&](const pb::FamilyRecord& record) {
-                         return record.id() == row.String(0) && record.version() == row.Int(1) &&
-                                record.blob() == row.String(2);
-                       },
-                       result.contents.kept_versions, result.damage);
-                   return absl::OkStatus();
-                 });
-}
-
-absl::Status InspectJobs(Sql& sql, CatalogInspection& result) {
-  return sql.Run("SELECT id, state, subject, request_id, parent, record FROM jobs ORDER BY number",
-                 {}, [&](const SqlRow& row) {
-                   ParseRow<pb::JobRecord>(
-                       absl::StrCat("job '", row.String(0), "'"), row.String(5),
-                       [&](const pb::JobRecord& record) {
-                         return record.id() == row.String(0) && record.state() == row.Int(1) &&
-                                SubjectOf(record) == row.String(2) &&
-                                record.request_id() == row.String(3) &&
-                                record.parent() == row.String(4);
-                       },
-                       result.contents.jobs, result.damage);
-                   return absl::OkStatus();
-                 });
-}
-
-absl::Status ReadMembersAndVersions(Sql& sql, CatalogContents& contents) {
-  LB_RETURN_IF_ERROR(
-      sql.Run("SELECT family, animation FROM family_members ORDER BY family, animation", {},
-              [&](const SqlRow& row) {
-                pb::FamilyMember& member = contents.members.emplace_back();
-                member.set_family(row.String(0));
-                member.set_animation(row.String(1));
-                return absl::OkStatus();
-              }));
-  return sql.Run("SELECT family, last_version FROM family_versions ORDER BY family", {},
-                 [&](const SqlRow& row) {
-                   pb::FamilyVersion& version = contents.versions.emplace_back();
-                   version.set_family(row.String(0));
-                   version.set_last_version(row.Int(1));
-                   return absl::OkStatus();
-                 });
-}
-
 absl::StatusOr<Names> ReadNames(Sql& sql, absl::string_view statement) {
   Names names;
   LB_RETURN_IF_ERROR(sql.Run(statement, {}, [&](const SqlRow& row) {
@@ -120,39 +23,6 @@ absl::StatusOr<Names> ReadNames(Sql& sql, absl::string_view statement) {
     return absl::OkStatus();
   }));
   return names;
-}
-
-// Checks the references of rows to rows of other tables.
-absl::Status InspectReferences(Sql& sql, CatalogInspection& result) {
-  LB_ASSIGN_OR_RETURN(const Names animations, ReadNames(sql, "SELECT id FROM animations"));
-  LB_ASSIGN_OR_RETURN(const Names families, ReadNames(sql, "SELECT id FROM families"));
-  LB_ASSIGN_OR_RETURN(const Names jobs, ReadNames(sql, "SELECT id FROM jobs"));
-  for (const pb::FamilyMember& member : result.contents.members) {
-    if (animations.contains(member.animation()) && families.contains(member.family())) continue;
-    result.damage.push_back(absl::StrCat("family '", member.family(), "' has animation '",
-                                         member.animation(), "', but not both are there"));
-  }
-  for (const pb::JobRecord& job : result.contents.jobs) {
-    if (job.parent().empty() || jobs.contains(job.parent())) continue;
-    result.damage.push_back(absl::StrCat("job '", job.id(), "' is a child of '", job.parent(),
-                                         "', which is not there"));
-  }
-  for (const pb::FamilyRecord& kept : result.contents.kept_versions) {
-    if (families.contains(kept.id())) continue;
-    result.damage.push_back(absl::StrCat("version ", kept.version(), " of family '", kept.id(),
-                                         "' is kept, but the family is not there"));
-  }
-  std::map<std::string, int64_t> last;
-  for (const pb::FamilyVersion& row : result.contents.versions) {
-    last[row.family()] = row.last_version();
-  }
-  for (const pb::FamilyRecord& family : result.contents.families) {
-    if (family.version() <= last[family.id()]) continue;
-    result.damage.push_back(absl::StrCat("family '", family.id(), "' has version ",
-                                         family.version(), ", but the last one given is ",
-                                         last[family.id()]));
-  }
-  return absl::OkStatus();
 }
 
 absl::Status Add(const std::string& what, const std::string& name, Names& names) {
@@ -206,21 +76,6 @@ absl::StatusOr<std::vector<HeldJob>> ListUnfinishedJobs(Sql& sql) {
   };
   LB_RETURN_IF_ERROR(ReadInParts(sql, rows, int64_t{0}, add));
   return jobs;
-}
-
-absl::StatusOr<CatalogInspection> InspectTables(Sql& sql) {
-  CatalogInspection result;
-  LB_RETURN_IF_ERROR(InspectAnimations(sql, result));
-  LB_RETURN_IF_ERROR(InspectFamilies(sql, result));
-  LB_RETURN_IF_ERROR(InspectKeptVersions(sql, result));
-  LB_RETURN_IF_ERROR(InspectJobs(sql, result));
-  LB_RETURN_IF_ERROR(ReadMembersAndVersions(sql, result.contents));
-  LB_RETURN_IF_ERROR(InspectReferences(sql, result));
-  absl::StatusOr<std::vector<std::string>> blobs = BlobsInUse(sql);
-  // A record that cannot be read has been reported already.
-  if (!blobs.ok() && !absl::IsDataLoss(blobs.status())) return blobs.status();
-  if (blobs.ok()) result.blobs = *std::move(blobs);
-  return result;
 }
 
 // Every name must be new to the catalog, and occur only once in the contents.

@@ -1,5 +1,5 @@
-// The catalog's upkeep (catalog_upkeep.h), in any database. Each function runs inside a transaction
-// of its caller, ListFamilyVersions() and ListUnfinishedJobs() need none.
+// The catalog's upkeep (catalog_upkeep.h) but for inspections, in any database. Each function runs
+// inside a transaction of its caller, ListFamilyVersions() and ListUnfinishedJobs() need none.
 #pragma once
 
 #include <cstdint>
@@ -19,8 +19,7 @@ absl::StatusOr<std::string> FindCatalogId(Sql& sql);
 // See CatalogUpkeep for these.
 absl::StatusOr<std::map<std::string, int64_t>> ListFamilyVersions(Sql& sql);
 absl::StatusOr<std::vector<HeldJob>> ListUnfinishedJobs(Sql& sql);
-// See CatalogUpkeep::Inspect(), CheckImport(), Import() and SetAnimationReadable().
-absl::StatusOr<CatalogInspection> InspectTables(Sql& sql);
+// See CatalogUpkeep::CheckImport(), Import() and SetAnimationReadable().
 absl::Status CheckNoClash(Sql& sql, const CatalogContents& contents);
 absl::Status ImportContents(Sql& sql, const CatalogContents& contents);
 absl::Status SetAnimationReadable(Sql& sql, const std::string& id, const std::string& blob,

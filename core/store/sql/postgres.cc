@@ -18,6 +18,10 @@ namespace {
 
 constexpr int kByteaType = 17;  // its oid, pg_type.h
 constexpr char kLockNotAvailable[] = "55P03";
+// The time limit of a statement of a snapshot, and of a pause between two of them, unless the
+// options have a longer one. A snapshot holds no locks, and may read a whole catalog from a
+// database that is busy.
+constexpr absl::Duration kSnapshotTimeout = absl::Minutes(2);
 
 class Listener : public pqxx::notification_receiver {
  public:
@@ -194,8 +198,11 @@ absl::Status PostgresConnection::TransactionAfter(absl::string_view query,
 }
 
 absl::Status PostgresConnection::Snapshot(absl::FunctionRef<absl::Status()> body) {
-  return RunBetween("BEGIN ISOLATION LEVEL REPEATABLE READ READ ONLY", /*may_lock=*/false,
-                    [&](int64_t) { return body(); });
+  const int64_t ms = ToMilliseconds(std::max(impl_->options.timeout, kSnapshotTimeout));
+  return RunBetween(absl::StrCat("BEGIN ISOLATION LEVEL REPEATABLE READ READ ONLY; "
+                                 "SET LOCAL statement_timeout = ",
+                                 ms, "; SET LOCAL idle_in_transaction_session_timeout = ", ms),
+                    /*may_lock=*/false, [&](int64_t) { return body(); });
 }
 
 absl::Status PostgresConnection::RunBetween(const std::string& begin, bool may_lock,

@@ -56,7 +56,8 @@ class PostgresConnection : public Sql {
   absl::Status TransactionAfter(absl::string_view query,
                                 absl::FunctionRef<absl::Status(int64_t)> body);
   // BEGIN, body, COMMIT of statements that only read. REPEATABLE READ: all of them see what is
-  // committed when the first one begins.
+  // committed when the first one begins. They, and the pauses between them, may take 2 minutes each
+  // if options.timeout is less.
   absl::Status Snapshot(absl::FunctionRef<absl::Status()> body);
 
   // In a transaction: runs statements without values that take locks, each of which may be waited

@@ -1,6 +1,8 @@
-// Lists of large catalogs in PostgreSQL.
+// Lists and inspections of large catalogs in PostgreSQL.
 #include "absl/strings/str_cat.h"
+#include "core/base/data_limit.h"
 #include "core/store/sql/postgres.h"
+#include "tests/allocation_testing.h"
 #include "tests/core/store/catalog/catalog_testing.h"
 #include "tests/core/store/sql/postgres_server.h"
 
@@ -74,6 +76,75 @@ TEST_F(PostgresListsTest, FindsAPageOfRecordsByAnIndex) {
   EXPECT_THAT(plan("SELECT subject, record FROM jobs WHERE state IN (1, 2, 6) AND parent IS NULL "
                    "AND subject > 'families/1' AND subject <= 'families/13' ORDER BY subject"),
               HasSubstr("jobs_unfinished_by_subject"));
+}
+
+// Reading a record takes 10 ms here, so that all of them take longer than a statement may.
+TEST_F(PostgresListsTest, InspectsACatalogThatTakesLongerThanAStatementMay) {
+  constexpr int kNumJobs = 100;
+  CatalogOptions options;
+  options.busy_timeout = absl::Milliseconds(600);
+  const auto catalog = MustOpen(options);
+  CatalogContents contents;
+  for (int k = 0; k < kNumJobs; ++k) {
+    contents.jobs.push_back(ImportOf(absl::StrCat("a", k)));
+    contents.jobs.back().set_id(absl::StrCat("job-", k));
+    contents.jobs.back().set_state(pb::JobRecord::CANCELLED);
+  }
+  ASSERT_THAT(catalog->Import(contents), Succeeds());
+  RunScript(
+      "ALTER TABLE jobs RENAME TO fast_jobs; CREATE VIEW jobs AS SELECT number, id, state, "
+      "subject, "
+      "request_id, parent, CASE WHEN pg_sleep(0.01) IS NOT NULL THEN record END AS record FROM "
+      "fast_jobs");
+  EXPECT_THAT(catalog->ListJobs(1000, ""), Fails(absl::StatusCode::kUnavailable, "timeout"));
+  const auto inspection = catalog->Inspect();
+  ASSERT_THAT(inspection, Succeeds());
+  EXPECT_THAT(inspection->damage, ::testing::IsEmpty());
+  EXPECT_EQ(inspection->contents.jobs.size(), kNumJobs);
+}
+
+// 64 MB of records, twice that in the answer to one statement.
+TEST_F(PostgresListsTest, ReadsASnapshotInParts) {
+  LB_SKIP_UNLESS_ALLOCATIONS_MAY_FAIL();
+  CatalogContents contents;
+  for (int k = 0; k < 32; ++k) {
+    pb::AnimationRecord& animation = contents.animations.emplace_back();
+    animation.set_id(absl::StrCat("a", k));
+    animation.mutable_error()->set_message(std::string(2'000'000, 'x'));
+  }
+  ASSERT_THAT(MustOpen()->Import(contents), Succeeds());
+  const int status = RunChild([&] {
+    const auto catalog = MustOpen();
+    const base::ScopedDataLimit limit(int64_t{112} << 20);
+    const auto inspection = catalog->Inspect();
+    return limit.is_set() && inspection.ok() && inspection->contents.animations.size() == 32 ? 0
+                                                                                             : 1;
+  });
+  EXPECT_EQ(status, 0);
+}
+
+TEST_F(PostgresListsTest, ASnapshotMayTakeLongerThanATransaction) {
+  const auto connection = OpenConnection(absl::Milliseconds(700));
+  const auto limits = [&] {
+    std::string text;
+    EXPECT_THAT(connection->Run("SELECT current_setting('statement_timeout') || ' ' || "
+                                "current_setting('idle_in_transaction_session_timeout')",
+                                {},
+                                [&](const SqlRow& row) {
+                                  text = row.String(0);
+                                  return absl::OkStatus();
+                                }),
+                Succeeds());
+    return text;
+  };
+  std::string inside;
+  EXPECT_THAT(connection->Snapshot([&] {
+    inside = limits();
+    return absl::OkStatus();
+  }),
+              Succeeds());
+  EXPECT_EQ(inside, "2min 2min");
+  EXPECT_EQ(limits(), "700ms 700ms");
 }
 
 }  // namespace
