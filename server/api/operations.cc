@@ -1,4 +1,5 @@
 #include <string>
+#include <utility>
 
 #include "core/base/status_macros.h"
 #include "core/store/blobs/upload_files.h"
@@ -42,11 +43,20 @@ absl::StatusOr<lro::ListOperationsResponse> ListOperations(
   const auto found = backends.catalog.ListJobs(request.page_size(), request.page_token());
   LB_RETURN_IF_ERROR(FromList(found.status()));
   lro::ListOperationsResponse response;
-  WorkerList workers(backends.catalog);
-  for (const auto& job : found->records) {
-    LB_ASSIGN_OR_RETURN(*response.add_operations(), ToServedOperation(backends, job, workers));
-  }
   response.set_next_page_token(found->next_page_token);
+  WorkerList workers(backends.catalog);
+  size_t num_bytes = 0;
+  for (size_t k = 0; k < found->records.size(); ++k) {
+    LB_ASSIGN_OR_RETURN(lro::Operation operation,
+                        ToServedOperation(backends, found->records[k], workers));
+    // One that is done has a family in it, whose record may be much longer than the job's.
+    num_bytes += operation.ByteSizeLong();
+    if (k > 0 && num_bytes > kMaxOperationsBytes) {
+      response.set_next_page_token(found->tokens[k - 1]);
+      break;
+    }
+    *response.add_operations() = std::move(operation);
+  }
   return response;
 }
 

@@ -128,8 +128,10 @@ void CheckCorrespondences(const v1::RegisterFamilyRequest& request, const Limits
   violations.AddIf(num_lists != 0 && num_lists != request.targets_size(), "correspondences",
                    absl::StrCat("there must be none or one list per target (",
                                 request.targets_size(), "), got ", num_lists));
+  int64_t num_all = 0;
   for (int k = 0; k < num_lists; ++k) {
     const auto& list = request.correspondences(k).correspondences();
+    num_all += list.size();
     const std::string field = absl::StrCat("correspondences[", k, "].correspondences");
     if (list.size() > limits.max_correspondences) {
       violations.Add(field,
@@ -140,6 +142,9 @@ void CheckCorrespondences(const v1::RegisterFamilyRequest& request, const Limits
       CheckCorrespondence(absl::StrCat(field, "[", i, "]"), list[i], violations);
     }
   }
+  violations.AddIf(
+      num_all > limits.max_all_correspondences, "correspondences",
+      absl::StrCat("at most ", limits.max_all_correspondences, " in all, got ", num_all));
 }
 
 void CheckTargets(const v1::RegisterFamilyRequest& request, const Limits& limits,

@@ -25,6 +25,9 @@ absl::Status Limits::Validate() const {
   if (max_chunk_bytes < 1) return OutOfRange("max_chunk_bytes", max_chunk_bytes);
   if (max_targets < 1) return OutOfRange("max_targets", max_targets);
   if (max_correspondences < 0) return OutOfRange("max_correspondences", max_correspondences);
+  if (max_all_correspondences < 0) {
+    return OutOfRange("max_all_correspondences", max_all_correspondences);
+  }
   if (worker_memory_bytes < 0) return OutOfRange("worker_memory_bytes", worker_memory_bytes);
   if (keep_versions < 1) return OutOfRange("keep_versions", keep_versions);
   if (max_stored_bytes < 0) return OutOfRange("max_stored_bytes", max_stored_bytes);

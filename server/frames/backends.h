@@ -35,6 +35,7 @@ struct Limits {
   int64_t max_chunk_bytes = int64_t{1} << 20;               // >= 1
   int max_targets = 16;                                     // >= 1; of a family
   int max_correspondences = 10'000;                         // >= 0; per target
+  int max_all_correspondences = 50'000;                     // >= 0; of a registration
   absl::Duration watch_interval = absl::Milliseconds(150);  // > 0; between two looks at a job
   // >= 0; of a stream, the frame under way and the one made ahead. A frame by itself may be larger.
   int64_t max_stream_bytes = int64_t{16} << 20;

@@ -118,6 +118,7 @@ class RpcTest : public testing::Test {
     limits.max_chunk_bytes = 100;
     limits.max_targets = 3;
     limits.max_correspondences = 2;
+    limits.max_all_correspondences = 3;
     limits.watch_interval = absl::Milliseconds(5);
     return limits;
   }

@@ -159,6 +159,18 @@ TEST_F(HandlersTest, MistakesInCorrespondencesAreBlamed) {
          for (int k = 0; k < 3; ++k) list.add_correspondences();
        }),
        kInvalid, "correspondences[0].correspondences"},
+      {"too many correspondences in all", Register([](auto& r) {
+         r.add_targets("animations/c");
+         v1::Correspondence correspondence;
+         correspondence.set_kind(v1::Correspondence::POINT);
+         correspondence.mutable_source()->mutable_position();
+         correspondence.mutable_target()->mutable_position();
+         for (int k = 0; k < 4; ++k) {
+           auto& list = k % 2 == 0 ? *r.add_correspondences() : *r.mutable_correspondences(k / 2);
+           *list.add_correspondences() = correspondence;
+         }
+       }),
+       kInvalid, "correspondences"},
       {"kind", RegisterWith([](auto& c) { c.clear_kind(); }), kInvalid,
        "correspondences[0].correspondences[0].kind"},
       {"source event", RegisterWith([](auto& c) { c.clear_source(); }), kInvalid,

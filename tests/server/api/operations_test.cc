@@ -1,5 +1,6 @@
 #include "server/api/handlers.h"
 
+#include <set>
 #include <string>
 #include <vector>
 
@@ -133,6 +134,38 @@ TEST_F(OperationsTest, AnOperationTellsItsWholeLife) {
   ASSERT_TRUE(GetOperation(backends_, request)->response().UnpackTo(&animation));
   EXPECT_EQ(animation.name(), "animations/drop");
   EXPECT_EQ(animation.state(), v1::Animation::STATE_UNSPECIFIED);
+}
+
+// The job's records are short.
+TEST_F(OperationsTest, AListEndsByTheBytesOfItsResults) {
+  store::pb::AnimationManifest manifest = SmallManifest();
+  manifest.add_notes(std::string(1'200'000, 'x'));
+  for (const std::string id : {"a", "b", "c", "d", "e"}) ImportAnimation(id, manifest);
+  lro::ListOperationsRequest request;
+  std::vector<int> sizes;
+  std::set<std::string> names;
+  do {
+    const auto page = ListOperations(backends_, request);
+    ASSERT_THAT(page, Succeeds());
+    EXPECT_LT(page->ByteSizeLong(), size_t{4} << 20);
+    sizes.push_back(page->operations_size());
+    for (const lro::Operation& operation : page->operations()) names.insert(operation.name());
+    request.set_page_token(page->next_page_token());
+  } while (!request.page_token().empty());
+  EXPECT_THAT(sizes, testing::ElementsAre(3, 2));
+  EXPECT_EQ(names.size(), 5U);
+}
+
+TEST_F(OperationsTest, AListHasAResultThatIsLongerThanAnAnswer) {
+  store::pb::AnimationManifest manifest = SmallManifest();
+  manifest.add_notes(std::string(5'000'000, 'x'));
+  for (const std::string id : {"a", "b"}) ImportAnimation(id, manifest);
+  const auto page = ListOperations(backends_, {});
+  ASSERT_THAT(page, Succeeds());
+  EXPECT_EQ(page->operations_size(), 1);
+  lro::ListOperationsRequest request;
+  request.set_page_token(page->next_page_token());
+  EXPECT_EQ(ListOperations(backends_, request)->operations_size(), 1);
 }
 
 TEST_F(OperationsTest, ARegistrationOfSeveralTargetsIsOneOperation) {
