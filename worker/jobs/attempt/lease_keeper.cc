@@ -1,5 +1,6 @@
 #include "worker/jobs/attempt/lease_keeper.h"
 
+#include <algorithm>
 #include <exception>
 #include <utility>
 
@@ -7,6 +8,18 @@
 #include "core/base/log.h"
 
 namespace liquidblend::jobs {
+namespace {
+
+constexpr double kReportedBytesPerSecond = 256 << 10;
+
+// The catalog reads the record and writes it anew at each report.
+absl::Duration ReportInterval(const store::pb::JobRecord& job, const LeaseOptions& options) {
+  const absl::Duration of_record =
+      absl::Seconds(static_cast<double>(job.ByteSizeLong()) / kReportedBytesPerSecond);
+  return std::min(std::max(options.report_interval, of_record), options.duration / 3);
+}
+
+}  // namespace
 
 absl::Status LeaseOptions::Validate() const {
   if (duration < absl::Milliseconds(100)) {
@@ -31,6 +44,7 @@ LeaseKeeper::LeaseKeeper(store::Catalog& catalog, store::Lease lease, const Stop
       lease_(std::move(lease)),
       stop_(stop),
       options_(options),
+      report_interval_(ReportInterval(lease_.job, options)),
       before_release_(std::move(before_release)),
       renewed_(base::SteadyClock::now()),
       thread_([this] { Keep(); }) {}
@@ -90,7 +104,7 @@ void LeaseKeeper::Keep() {
 }
 
 bool LeaseKeeper::IsRenewalDue() const {
-  return is_progress_new_ || base::Since(renewed_) >= options_.duration / 3;
+  return base::Since(renewed_) >= (is_progress_new_ ? report_interval_ : options_.duration / 3);
 }
 
 void LeaseKeeper::Renew() {

@@ -19,7 +19,10 @@ namespace liquidblend::jobs {
 struct LeaseOptions {
   // From 100 ms to store::kLongestLease; renewed three times within it.
   absl::Duration duration = absl::Seconds(30);
-  absl::Duration report_interval = absl::Milliseconds(250);  // > 0; between two reports of progress
+  // > 0; between two reports of progress. Those of a job whose record is longer than 64 KiB are
+  // further apart, as each of them writes the whole record: 256 KiB a second, at least one within a
+  // third of the duration.
+  absl::Duration report_interval = absl::Milliseconds(250);
   absl::Status Validate() const;  // names the first field out of range, and its value
 };
 
@@ -72,6 +75,7 @@ class LeaseKeeper {
   const store::Lease lease_;
   const StopSignal& stop_;
   const LeaseOptions options_;
+  const absl::Duration report_interval_;  // of this job
   const std::function<std::string()> before_release_;
   mutable absl::Mutex mutex_;
   store::pb::JobProgress progress_ ABSL_GUARDED_BY(mutex_);

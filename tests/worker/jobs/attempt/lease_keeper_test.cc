@@ -51,6 +51,34 @@ TEST_F(LeaseKeeperTest, TellsProgress) {
   EXPECT_TRUE(keeper.Check().ok());
 }
 
+// Its catalog would write 8 MiB for each of them.
+TEST_F(LeaseKeeperTest, TellsProgressOfALongJobRarely) {
+  const std::string long_id = SubmitImport("long", {{std::string(8 << 20, 'x'), {}}});
+  LeaseOptions options = options_;
+  options.duration = absl::Minutes(5);
+  LeaseKeeper keeper(*catalog_, Take("one"), stop_, options);
+  LeaseKeeper long_keeper(*catalog_, Take("two"), stop_, options);
+  ASSERT_EQ(long_keeper.job().id(), long_id);
+  for (int k = 1; k <= 20; ++k) {
+    store::pb::JobProgress progress;
+    progress.set_iteration(k);
+    long_keeper.Report(progress);
+    keeper.Report(progress);
+    Await([&] { return Job(job_id_).progress().iteration() == k; });
+  }
+  EXPECT_EQ(Job(long_id).progress().iteration(), 0);
+}
+
+TEST_F(LeaseKeeperTest, TellsProgressOfALongJobWithEachRenewal) {
+  const std::string long_id = SubmitImport("long", {{std::string(8 << 20, 'x'), {}}});
+  Take("one");
+  LeaseKeeper keeper(*catalog_, Take("two"), stop_, options_);
+  store::pb::JobProgress progress;
+  progress.set_iteration(7);
+  keeper.Report(progress);
+  Await([&] { return Job(long_id).progress().iteration() == 7; });
+}
+
 TEST_F(LeaseKeeperTest, RenewsTheLeaseOfSilentWork) {
   LeaseKeeper keeper(*catalog_, Take("one"), stop_, options_);
   clock_ms_ = 900;  // the lease ends at 1,000
