@@ -1,4 +1,5 @@
 // Clients that ask for frames and never read them.
+#include <algorithm>
 #include <chrono>
 #include <fstream>
 #include <memory>
@@ -16,8 +17,9 @@ using std::chrono::milliseconds;
 
 constexpr milliseconds kPatience(20'000);
 constexpr int kNumCalls = 40;
+constexpr int kNumWithRoom = 10;  // unread frames of one account
 
-// A server with memory for ten unread frames, and two principals.
+// A server with memory for kNumWithRoom unread frames, and two principals.
 class UnreadTest : public ServerTest {
  protected:
   void SetUp() override { StartWith(absl::Hours(1)); }
@@ -33,7 +35,7 @@ class UnreadTest : public ServerTest {
     ServerOptions options;
     options.authorizer = *Authorizer::Open(path);
     Start(options);
-    options.unread = {.max_bytes = 10 * SizeOfFrame(), .patience = patience};
+    options.unread = {.max_bytes = kNumWithRoom * SizeOfFrame(), .patience = patience};
     Start(options);
   }
 
@@ -97,12 +99,18 @@ class ImpatientTest : public UnreadTest {
   void SetUp() override { StartWith(absl::ZeroDuration()); }
 };
 
+// Half of the memory may stay taken.
 TEST_F(ImpatientTest, EndOnceOthersNeedTheMemory) {
   Http2Client peer(server_->port(), Reads::kNothing);
   AskAndReadNothing(peer);
+  const auto give_up = std::chrono::steady_clock::now() + kPatience;
   v1::Frame frame;
-  EXPECT_THAT(GetFrame(kNumCalls, frame), IsOk());
-  for (const int stream : streams_) EXPECT_TRUE(peer.AwaitEnd(stream, kPatience));
+  do {
+    ASSERT_THAT(GetFrame(kNumCalls, frame), IsOk());
+    peer.Receive(milliseconds(10));
+  } while (NumEnded(peer) < kNumCalls - kNumWithRoom / 2 &&
+           std::chrono::steady_clock::now() < give_up);
+  EXPECT_GE(NumEnded(peer), kNumCalls - kNumWithRoom / 2);
 }
 
 }  // namespace
