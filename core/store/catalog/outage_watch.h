@@ -15,11 +15,11 @@ struct Outage {
   absl::Time end = absl::InfinitePast();
 };
 
-// Remembers the last outage: calls that failed by transient errors, with pauses of some seconds at
-// most between them. Threads: safe.
+// Remembers the last outage: calls about leases that failed by transient errors, with pauses of
+// some seconds at most between them. Threads: safe.
 class OutageWatch {
  public:
-  // Takes note of how a call ended.
+  // Takes note of how a call about a lease ended.
   //   begin  when it began; it has ended now
   void Note(base::SteadyClock::time_point begin, const absl::Status& status)
       ABSL_LOCKS_EXCLUDED(mutex_);

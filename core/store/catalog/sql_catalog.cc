@@ -243,27 +243,10 @@ class SqlCatalog : public Catalog {
     request.worker.set_name(worker);
     request.worker.set_memory_bytes(memory_bytes);
     RecordWorkerSeen(request.worker).IgnoreError();  // the job counts
-    while (true) {
-      // A read first, so that a worker that finds nothing to do does not block writers.
-      LB_ASSIGN_OR_RETURN(const absl::Duration until_next, UntilNextJob(memory_bytes));
-      if (until_next > absl::ZeroDuration()) return std::optional<Lease>();
-      LB_ASSIGN_OR_RETURN(LeaseAttempt attempt, ChangeJob([&](Sql& sql, absl::Time now) {
-                            request.outage = outages_.Last(now);
-                            return store::LeaseJob(sql, request, options_.retry, now);
-                          }));
-      if (attempt.next == LeaseAttempt::kTryAgain) continue;
-      if (attempt.next != LeaseAttempt::kEndDeadJobs) return std::move(attempt.lease);
-      LB_RETURN_IF_ERROR(Change([&](Sql& sql, absl::Time now) {
-        return EndDeadJobs(sql, request, options_.retry, now);
-      }));
-    }
+    return Watched([&] { return LeaseFor(request); });
   }
   absl::StatusOr<bool> WaitForJob(absl::Duration timeout, int64_t memory_bytes) override {
-    const base::SteadyClock::time_point begin = base::SteadyClock::now();
-    absl::StatusOr<bool> has_job =
-        backend_->WaitForJob(timeout, [&] { return UntilNextJob(memory_bytes); });
-    outages_.Note(begin, has_job.status());
-    return has_job;
+    return backend_->WaitForJob(timeout, [&] { return UntilNextJob(memory_bytes); });
   }
   absl::Status RecordWorker(const pb::WorkerRecord& worker) override {
     return RecordWorkerSeen(worker);
@@ -277,8 +260,10 @@ class SqlCatalog : public Catalog {
   absl::StatusOr<JobControl> Heartbeat(const std::string& lease_id, absl::Duration duration,
                                        const pb::JobProgress& progress) override {
     RefreshWorkerSeen();
-    return ChangeJob([&](Sql& sql, absl::Time now) {
-      return store::Heartbeat(sql, lease_id, duration, progress, now);
+    return Watched([&] {
+      return ChangeJob([&](Sql& sql, absl::Time now) {
+        return store::Heartbeat(sql, lease_id, duration, progress, now);
+      });
     });
   }
   absl::Status SaveCheckpoint(const std::string& lease_id, const std::string& blob) override {
@@ -307,8 +292,10 @@ class SqlCatalog : public Catalog {
   }
   absl::Status FailJob(const std::string& lease_id, const absl::Status& error,
                        bool retry) override {
-    return Change([&](Sql& sql, absl::Time now) {
-      return store::FailJob(sql, lease_id, error, retry, options_.retry, now);
+    return Watched([&] {
+      return Change([&](Sql& sql, absl::Time now) {
+        return store::FailJob(sql, lease_id, error, retry, options_.retry, now);
+      });
     });
   }
   // Beside other changes, since a thousand workers may be stopped at once, and have seconds to give
@@ -325,6 +312,34 @@ class SqlCatalog : public Catalog {
   }
 
  private:
+  // The result of the call; the time in which calls fail by transient errors is an outage. For
+  // calls about leases: others say little of whether leases can be renewed.
+  template <typename Call>
+  std::invoke_result_t<Call> Watched(const Call& call) {
+    const base::SteadyClock::time_point begin = base::SteadyClock::now();
+    auto result = call();
+    outages_.Note(begin, StatusOf(result));
+    return result;
+  }
+
+  absl::StatusOr<std::optional<Lease>> LeaseFor(LeaseRequest& request) {
+    const int64_t memory_bytes = request.worker.memory_bytes();
+    while (true) {
+      // A read first, so that a worker that finds nothing to do does not block writers.
+      LB_ASSIGN_OR_RETURN(const absl::Duration until_next, UntilNextJob(memory_bytes));
+      if (until_next > absl::ZeroDuration()) return std::optional<Lease>();
+      LB_ASSIGN_OR_RETURN(LeaseAttempt attempt, ChangeJob([&](Sql& sql, absl::Time now) {
+                            request.outage = outages_.Last(now);
+                            return store::LeaseJob(sql, request, options_.retry, now);
+                          }));
+      if (attempt.next == LeaseAttempt::kTryAgain) continue;
+      if (attempt.next != LeaseAttempt::kEndDeadJobs) return std::move(attempt.lease);
+      LB_RETURN_IF_ERROR(Change([&](Sql& sql, absl::Time now) {
+        return EndDeadJobs(sql, request, options_.retry, now);
+      }));
+    }
+  }
+
   // Records that the worker is there, at most once in a quarter of kWorkerSilence. After a failure
   // the next call records it again.
   absl::Status RecordWorkerSeen(const pb::WorkerRecord& worker) ABSL_LOCKS_EXCLUDED(worker_mutex_) {
@@ -382,12 +397,10 @@ class SqlCatalog : public Catalog {
   template <typename Body>
   ReadResult<Body> ReadWith(absl::Status (SqlBackend::*run)(SqlBackend::Body), const Body& body) {
     ReadResult<Body> result = absl::UnknownError("not run");
-    const base::SteadyClock::time_point begin = base::SteadyClock::now();
     const absl::Status status = ((*backend_).*run)([&](Sql& sql) {
       result = body(sql);
       return StatusOf(result);
     });
-    outages_.Note(begin, status);
     if (!status.ok()) result = status;
     return result;
   }
@@ -409,14 +422,12 @@ class SqlCatalog : public Catalog {
   template <typename Body>
   ChangeResult<Body> Transact(absl::Status (SqlBackend::*run)(SqlBackend::Body), const Body& body) {
     ChangeResult<Body> result = absl::UnknownError("not run");
-    const base::SteadyClock::time_point begin = base::SteadyClock::now();
     const absl::Status status = ((*backend_).*run)([&](Sql& sql) -> absl::Status {
       LB_ASSIGN_OR_RETURN(const absl::Time now, sql.Now());
       result = body(sql, now);
       if (StatusOf(result).ok()) base::FaultPoint("catalog.before_commit");
       return StatusOf(result);
     });
-    outages_.Note(begin, status);
     if (!status.ok()) {
       result = status;
     } else {

@@ -101,7 +101,8 @@ TEST_F(JobQueueTest, CallsThatFailAreAnOutage) {
   options.busy_timeout = absl::Milliseconds(1);
   const auto two = *OpenSqliteCatalog(path_, options);
   EXPECT_THAT(db_->Transaction([&] {
-    EXPECT_THAT(two->RecordFamilyUses({}), Fails(absl::StatusCode::kUnavailable, "locked"));
+    EXPECT_THAT(two->Heartbeat("of a lease", kLease, {}),
+                Fails(absl::StatusCode::kUnavailable, "locked"));
     return absl::OkStatus();
   }),
               Succeeds());
