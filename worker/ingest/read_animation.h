@@ -57,7 +57,8 @@ bool IsInputName(absl::string_view name);
 // closed, oriented surface of finite numbers with positive volume is refused; a frame without
 // triangles is read as such: the liquid has left the domain. Zero-area triangles and slivers are
 // cleaned, loose corners welded, pinched vertices split, parts that touch along non-manifold edges
-// taken apart. Animation::notes lists these repairs; frames are manifolds then.
+// taken apart, parts that are inside out turned. Animation::notes lists these repairs; frames are
+// manifolds then.
 //   progress  called with the share of frames that are read, rising; one call at a time, from any
 //             thread of the arena
 // Errors: kInvalidArgument or kDataLoss, for the lowest frame at fault; the message names frame,

@@ -282,6 +282,17 @@ TEST(ReadAnimation, KeepsEnclosedBubbles) {
   EXPECT_THAT(read->notes, IsEmpty());
 }
 
+TEST(ReadAnimation, TurnsPartsThatAreInsideOutAndSaysSo) {
+  const mesh::TriangleMesh pool = synthetic::Box({-1, -1, -1}, {1, 1, 0}, 4);
+  const mesh::TriangleMesh drop = synthetic::Box({0, 0, 1}, {0.5, 0.5, 1.5}, 2);
+  const absl::StatusOr<mesh::Animation> read =
+      Read(FilesWith(synthetic::Join(std::array{pool, synthetic::Flipped(drop)})));
+  ASSERT_TRUE(read.ok()) << read.status();
+  EXPECT_DOUBLE_EQ(mesh::Volume(read->frames[1]), 4.125);
+  EXPECT_THAT(read->notes, ElementsAre("Turned 1 parts outward that were inside out, in 1 of 3 "
+                                       "frames, first in frame 2 at (0, 0, 1) m."));
+}
+
 TEST(ReadAnimation, WeldsSoupsAndSaysSo) {
   const mesh::TriangleMesh ball = synthetic::Icosphere({0, 0, 0}, 1.0, 1);
   const absl::StatusOr<mesh::Animation> read = Read(FilesWith(synthetic::Soup(ball)));

@@ -229,13 +229,4 @@ int64_t SplitPinchedVertices(const Neighbours& neighbours, mesh::TriangleMesh& m
   return num_copies;
 }
 
-absl::Status CheckOutward(const mesh::TriangleMesh& mesh) {
-  if (mesh.num_triangles() == 0) return absl::OkStatus();
-  const double volume_m3 = mesh::Volume(mesh);
-  if (volume_m3 > 0) return absl::OkStatus();
-  return absl::InvalidArgumentError(
-      absl::StrCat("the signed volume is ", volume_m3,
-                   " m^3: the triangles must be counter-clockwise seen from outside"));
-}
-
 }  // namespace liquidblend::ingest

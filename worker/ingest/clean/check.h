@@ -43,7 +43,4 @@ std::vector<int32_t> FindSharedSides(const mesh::TriangleMesh& mesh);
 // Requires: neighbours of this mesh; they stay valid.
 int64_t SplitPinchedVertices(const Neighbours& neighbours, mesh::TriangleMesh& mesh);
 
-// Errors: kInvalidArgument if there are triangles and their signed volume is not above 0.
-absl::Status CheckOutward(const mesh::TriangleMesh& mesh);
-
 }  // namespace liquidblend::ingest

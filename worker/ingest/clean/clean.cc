@@ -9,6 +9,7 @@
 #include "absl/strings/str_cat.h"
 #include "core/base/status_macros.h"
 #include "worker/ingest/clean/non_manifold.h"
+#include "worker/ingest/clean/outward.h"
 #include "worker/ingest/clean/slivers.h"
 
 namespace liquidblend::ingest {
@@ -129,6 +130,7 @@ struct NoteKind {
   int64_t CleanCounts::*count;
   const char* before;  // the number
   const char* after;
+  Eigen::Vector3f CleanCounts::*place = nullptr;  // of the first, for the note
 };
 constexpr NoteKind kNoteKinds[] = {
     {&CleanCounts::num_repeated, "Dropped ", " triangles that have a corner twice"},
@@ -143,7 +145,13 @@ constexpr NoteKind kNoteKinds[] = {
     {&CleanCounts::num_specks, "Dropped ", " parts without extent or volume"},
     {&CleanCounts::num_slivers, "Removed ", " zero-area triangles and slivers"},
     {&CleanCounts::num_slivers_left, "Left ", " slivers that hold the surface's topology"},
-    {&CleanCounts::num_unused, "Dropped ", " vertices that no triangle uses any more"}};
+    {&CleanCounts::num_unused, "Dropped ", " vertices that no triangle uses any more"},
+    {&CleanCounts::num_turned, "Turned ", " parts outward that were inside out",
+     &CleanCounts::first_turned}};
+
+std::string PlaceOf(const Eigen::Vector3f& p) {
+  return absl::StrCat(" at (", p.x(), ", ", p.y(), ", ", p.z(), ") m");
+}
 
 }  // namespace
 
@@ -156,6 +164,9 @@ absl::StatusOr<CleanCounts> Clean(mesh::TriangleMesh& mesh, VertexNumbers number
   counts.num_specks = slivers.num_specks;
   counts.num_unused = DropUnusedVertices(mesh);
   LB_RETURN_IF_ERROR(CheckOutward(mesh));
+  LB_ASSIGN_OR_RETURN(const TurnedParts turned, TurnPartsOutward(mesh));
+  counts.num_turned = turned.count;
+  counts.first_turned = turned.first;
   return counts;
 }
 
@@ -165,17 +176,19 @@ std::vector<std::string> Notes(std::span<const CleanCounts> frames,
   for (const NoteKind& kind : kNoteKinds) {
     int64_t total = 0;
     int64_t num_frames = 0;
-    const std::string* first = nullptr;
+    size_t first = frames.size();
     for (size_t k = 0; k < frames.size(); ++k) {
       const int64_t count = frames[k].*kind.count;
       if (count == 0) continue;
-      if (first == nullptr) first = &names[k];
+      first = std::min(first, k);
       total += count;
       ++num_frames;
     }
     if (total == 0) continue;
     notes.push_back(absl::StrCat(kind.before, total, kind.after, ", in ", num_frames, " of ",
-                                 frames.size(), " frames, first in frame ", *first, "."));
+                                 frames.size(), " frames, first in frame ", names[first],
+                                 kind.place == nullptr ? "" : PlaceOf(frames[first].*kind.place),
+                                 "."));
   }
   return notes;
 }

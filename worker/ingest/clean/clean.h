@@ -1,6 +1,7 @@
 // Repair of a frame into a closed, oriented manifold, with counts of the repairs.
 #pragma once
 
+#include <Eigen/Core>
 #include <cstdint>
 #include <span>
 #include <string>
@@ -23,14 +24,16 @@ struct CleanCounts {
   int64_t num_slivers_left = 0;
   int64_t num_specks = 0;  // parts without extent or volume, dropped
   int64_t num_unused = 0;  // vertices without a triangle, dropped; those merged or collapsed too
+  int64_t num_turned = 0;  // parts that were inside out, turned outward
+  Eigen::Vector3f first_turned = Eigen::Vector3f::Zero();  // a vertex of the first of them; metres
 };
 
 // Repairs in place; afterwards the mesh is a closed, oriented manifold, with positive volume unless
 // it has no triangles. Vertices keep their order. Parts of the liquid that touch in a vertex or an
-// edge are apart then, those that share a wall are one.
+// edge are apart then, those that share a wall are one. Parts that are inside out face outward.
 //   numbers  how messages number the vertices
-// Requires: Validate(mesh).  Errors: kInvalidArgument, naming an edge (FindNeighbours); the mesh is
-// invalid then.  Threads: safe.  Cost: O(n log n).
+// Requires: Validate(mesh).  Errors: kInvalidArgument, naming an edge (FindNeighbours), or the
+// signed volume (outward.h); the mesh is invalid then.  Threads: safe.  Cost: O(n log n).
 absl::StatusOr<CleanCounts> Clean(mesh::TriangleMesh& mesh,
                                   VertexNumbers numbers = VertexNumbers::kFromZero);
 
