@@ -78,6 +78,7 @@ PYTHON
 }
 make_ball "$work/a" 1
 make_ball "$work/b" 2
+make_ball "$work/c" 3
 cat >"$work/pairs.json" <<'JSON'
 {"correspondences": [[{"source": {"position": [0, 0, 1], "time_s": 0}, "target": {"position": [0, 0, 1], "time_s": 0}}]]}
 JSON
@@ -198,8 +199,18 @@ start_worker() {
   pids[worker]=$!
 }
 
-# Replaces former servers and a former worker by current ones, while a client asks for frames and an
-# operation that was accepted before is under way.
+# Whether half of the targets of an operation are registered.
+is_half_done() {
+  "$former/liquidblend" --server "$server" operations "$1" --json | python3 -c '
+import json, sys
+said = json.load(sys.stdin)
+said = said[0] if isinstance(said, list) else said
+sys.exit(said["progress"]["fraction"] < 0.45)'
+}
+
+# Replaces former servers and a former worker by current ones, while a client asks for frames, and
+# operations are under way: one that was accepted before, and one of two targets, the first of which
+# the former worker registers.
 roll() {
   tier=roll
   local one two
@@ -211,6 +222,7 @@ roll() {
   start_worker "$former"
   server=$one,$two
   serving=former
+  must "$former" import c "$work/c" --fps 24
   must "$former" register balls --source a --target b --iterations 3 --wait
   must "$former" register rolled --source a --target b --iterations 100
   local operation
@@ -223,9 +235,18 @@ roll() {
   must "$current" list  # with old and new servers side by side
   end "${pids[two]}"
   start_replica "$current" two "$two"
+  serving=current
+  must "$former" register shared --source a --target b --target c --iterations 200
+  local shared
+  shared=$(grep -o 'operations/[^ ]*' "$work/log" | head -n 1)
+  for _ in $(seq 600); do
+    ! is_half_done "$shared" || break
+    sleep 0.1
+  done
   end "${pids[worker]}"
   start_worker "$current"
-  serving=current
+  must "$current" operations "$shared" --wait
+  must "$current" frame shared -w 0.5,0.25 -t 0.1 -o "$work/shared.ply"
   must "$current" operations "$operation" --wait
   must "$current" frame rolled -w 0.5 -t 0.1 -o "$work/rolled.ply"
   sleep 2

@@ -1,12 +1,15 @@
 #include "worker/jobs/run_registration.h"
 
 #include <Eigen/Geometry>
+#include <algorithm>
 #include <optional>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include "absl/strings/str_cat.h"
+#include "absl/strings/str_join.h"
+#include "core/base/log.h"
 #include "core/base/status_macros.h"
 #include "core/store/catalog/catalog.h"
 #include "core/store/files/parameter_records.h"
@@ -26,13 +29,16 @@ namespace liquidblend::jobs {
 namespace {
 
 // Shares of the whole job: the source's mesh, or those of source and target, the targets (or their
-// children), the levels of detail, publishing.
+// children and those of them that are registered here), the levels of detail, publishing.
 constexpr double kSourceEnd = 0.1;
 constexpr double kMeshesEnd = 0.22;
 constexpr double kTargetMeshShare = 0.15;  // of one of several targets
 constexpr double kTargetsEnd = store::kChildrenShare;
 constexpr double kSourceAfterChildrenEnd = 0.93;
+constexpr double kLateTargetsEnd = 0.95;
 constexpr double kLevelsEnd = 0.97;
+// How often a child is repeated because another version of the program did it.
+constexpr int kMaxRepeats = 2;
 
 // Of the source's and the targets' frames.
 absl::StatusOr<Eigen::AlignedBox3f> BoundsOf(const store::v1::RegisterJob& job,
@@ -66,6 +72,18 @@ absl::StatusOr<std::vector<RegisteredTarget>> RegisterOnly(const store::v1::Regi
   return targets;
 }
 
+// Makes the mesh of a target, and registers it within this share of the job.
+absl::StatusOr<RegisteredTarget> RegisterOneOf(const store::v1::RegisterJob& job, int k,
+                                               const SourceMesh& source,
+                                               const mesh::RegisteredFamily* previous,
+                                               const StageRange& range, JobContext& context) {
+  const double middle = range.begin + kTargetMeshShare * (range.end - range.begin);
+  LB_RETURN_IF_ERROR(context.BeginStage("space-time meshes", range.begin, middle));
+  LB_ASSIGN_OR_RETURN(const std::vector<BuiltMesh> built,
+                      BuildMeshes({{job.targets(k)}}, job, context));
+  return RegisterTarget(job, k, source, built.front(), previous, {middle, range.end}, context);
+}
+
 absl::StatusOr<std::vector<RegisteredTarget>> RegisterEach(const store::v1::RegisterJob& job,
                                                            const SourceMesh& source,
                                                            const mesh::RegisteredFamily* previous,
@@ -77,29 +95,71 @@ absl::StatusOr<std::vector<RegisteredTarget>> RegisterEach(const store::v1::Regi
       targets.push_back(KeptTarget(*previous, k));
       continue;
     }
-    const double begin = kSourceEnd + k * share, middle = begin + kTargetMeshShare * share;
-    LB_RETURN_IF_ERROR(context.BeginStage("space-time meshes", begin, middle));
-    LB_ASSIGN_OR_RETURN(const std::vector<BuiltMesh> built,
-                        BuildMeshes({{job.targets(k)}}, job, context));
-    LB_ASSIGN_OR_RETURN(
-        RegisteredTarget target,
-        RegisterTarget(job, k, source, built.front(), previous, {middle, begin + share}, context));
+    const double begin = kSourceEnd + k * share;
+    LB_ASSIGN_OR_RETURN(RegisteredTarget target,
+                        RegisterOneOf(job, k, source, previous, {begin, begin + share}, context));
     targets.push_back(std::move(target));
   }
   return targets;
 }
 
-// Reads the target files of the children.
-absl::StatusOr<std::vector<RegisteredTarget>> ReadTargets(
+// How often a child that has succeeded was repeated: no other attempt that is followed by another
+// one fails with this code.
+int NumRepeats(const store::v1::JobRecord& child) {
+  const auto& attempts = child.failed_attempts();
+  return static_cast<int>(
+      std::count_if(attempts.begin(), attempts.end(), [](const store::v1::FailedAttempt& attempt) {
+        return attempt.error().code() == static_cast<int>(absl::StatusCode::kFailedPrecondition);
+      }));
+}
+
+// Gives this job back, and these children with it. Returns the error that ends the attempt.
+absl::Status RepeatChildren(const store::v1::RegisterJob& job,
+                            const std::vector<store::v1::JobRecord>& children,
+                            JobContext& context) {
+  const absl::Status why = absl::FailedPreconditionError(
+      "registered by another version of the program, to another space-time mesh of the source; it "
+      "is registered again");
+  std::vector<std::string> ids, targets;
+  for (const store::v1::JobRecord& child : children) {
+    ids.push_back(child.id());
+    targets.push_back(job.targets(child.register_target().target_index()));
+  }
+  LB_RETURN_IF_ERROR(PublishWhileLeased(context.keeper, [&] {
+    return context.catalog.RepeatChildren(context.keeper.lease_id(), ids, why);
+  }));
+  base::LogWarning(absl::StrCat("job ", context.keeper.job().id(), ": '",
+                                absl::StrJoin(targets, "', '"), "': ", why.message(),
+                                ". Do all workers run the same program?"));
+  return absl::AbortedError("waits for targets that are registered again");
+}
+
+// Reads the target files of the children, all of this mesh of the source. Where workers of several
+// versions share a job, some are not: such children are repeated, kMaxRepeats times at most, and
+// then their targets are registered here.
+absl::StatusOr<std::vector<RegisteredTarget>> GatherTargets(
     const store::v1::RegisterJob& job, const std::vector<store::v1::JobRecord>& children,
-    const mesh::SpaceTimeMesh& source, JobContext& context) {
-  const std::string source_mesh = HashOf(source);
-  std::vector<RegisteredTarget> targets;
+    const SourceMesh& source, const mesh::RegisteredFamily* previous, JobContext& context) {
+  const std::string source_mesh = HashOf(source.mesh);
+  std::vector<std::optional<RegisteredTarget>> read;
+  std::vector<store::v1::JobRecord> repeated;
   for (const store::v1::JobRecord& child : children) {
     const std::string& name = job.targets(child.register_target().target_index());
-    LB_ASSIGN_OR_RETURN(RegisteredTarget target,
+    LB_ASSIGN_OR_RETURN(read.emplace_back(),
                         ReadTarget(child.result_blob(), name, source_mesh, context.blobs));
-    targets.push_back(std::move(target));
+    if (!read.back() && NumRepeats(child) < kMaxRepeats) repeated.push_back(child);
+  }
+  if (!repeated.empty()) return RepeatChildren(job, repeated, context);
+  const double share = (kLateTargetsEnd - kSourceAfterChildrenEnd) / job.targets_size();
+  std::vector<RegisteredTarget> targets;
+  for (size_t n = 0; n < read.size(); ++n) {
+    if (!read[n]) {
+      const int k = children[n].register_target().target_index();
+      const double begin = kSourceAfterChildrenEnd + k * share;
+      LB_ASSIGN_OR_RETURN(read[n],
+                          RegisterOneOf(job, k, source, previous, {begin, begin + share}, context));
+    }
+    targets.push_back(*std::move(read[n]));
   }
   return targets;
 }
@@ -180,7 +240,7 @@ absl::StatusOr<store::v1::FamilyRecord> MakeFamily(const store::v1::RegisterJob&
   const bool has_pre_roll = contents.source.num_pre_roll > 0;  // a tracked mesh has none
   const SourceMesh source{contents.source, has_pre_roll ? PointerTo(found) : nullptr};
   LB_ASSIGN_OR_RETURN(contents.targets,
-                      !done.empty() ? ReadTargets(job, done, contents.source, context)
+                      !done.empty() ? GatherTargets(job, done, source, previous, context)
                       : is_pair     ? RegisterOnly(job, source, built.back(), previous, context)
                                     : RegisterEach(job, source, previous, context));
   LB_RETURN_IF_ERROR(CheckGrades(contents.targets, job.required_grade()));

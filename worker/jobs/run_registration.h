@@ -9,8 +9,10 @@ namespace liquidblend::jobs {
 
 // Stored animations -> a published family. With several targets, this runs after each has been
 // registered by a child of its own (run_child.h), and assembles their results; without children,
-// the target is registered here. Both give the same bytes.
-// Errors: those of the stages and the store, and LeaseKeeper::Check()'s.
+// the target is registered here. Both give the same bytes. All targets of a family are of one mesh
+// of the source: children that another version of the program did, and that are not, are repeated.
+// Errors: those of the stages and the store, and LeaseKeeper::Check()'s; kAborted if children are
+// repeated, so that the job has gone back with them.
 absl::Status RunRegistration(const store::v1::RegisterJob& job, JobContext& context);
 
 }  // namespace liquidblend::jobs

@@ -2,6 +2,7 @@
 
 #include <memory>
 #include <span>
+#include <utility>
 
 #include "absl/strings/str_cat.h"
 #include "core/base/status_macros.h"
@@ -51,9 +52,10 @@ absl::StatusOr<store::BlobId> StoreTarget(const RegisteredTarget& target,
   return out->Commit();
 }
 
-absl::StatusOr<RegisteredTarget> ReadTarget(const store::BlobId& id, const std::string& target,
-                                            const std::string& source_mesh,
-                                            store::BlobStore& blobs) {
+absl::StatusOr<std::optional<RegisteredTarget>> ReadTarget(const store::BlobId& id,
+                                                           const std::string& target,
+                                                           const std::string& source_mesh,
+                                                           store::BlobStore& blobs) {
   const std::string name = absl::StrCat("target '", target, "'");
   const absl::StatusOr<std::shared_ptr<const store::Blob>> blob = blobs.Open(id);
   if (!blob.ok()) {
@@ -68,9 +70,7 @@ absl::StatusOr<RegisteredTarget> ReadTarget(const store::BlobId& id, const std::
         absl::StrCat("the target file of ", name, " is one of target '", file.target.name, "'"));
   }
   if (!file.source_mesh.empty() && file.source_mesh != source_mesh) {
-    return absl::FailedPreconditionError(absl::StrCat(
-        name, " was registered to a space-time mesh ", file.source_mesh,
-        ", and here the source's is ", source_mesh, ": do all workers run the same program?"));
+    return std::optional<RegisteredTarget>();
   }
   RegisteredTarget result;
   result.name = target;
@@ -79,7 +79,7 @@ absl::StatusOr<RegisteredTarget> ReadTarget(const store::BlobId& id, const std::
   result.registration.extrapolation = MatrixOf(file.target.extrapolation);
   result.registration.report = file.target.report;
   LB_RETURN_IF_ERROR(CheckReadable(**blob, name));
-  return result;
+  return std::optional<RegisteredTarget>(std::move(result));
 }
 
 }  // namespace liquidblend::jobs

@@ -2,6 +2,7 @@
 // that assembles the family.
 #pragma once
 
+#include <optional>
 #include <string>
 
 #include "absl/status/statusor.h"
@@ -19,10 +20,11 @@ std::string HashOf(const mesh::SpaceTimeMesh& mesh);
 absl::StatusOr<store::BlobId> StoreTarget(const RegisteredTarget& target,
                                           const std::string& source_mesh, store::BlobStore& blobs);
 
-// Errors: those of the store; kFailedPrecondition if the file is of another target, or if its
-// source's mesh has another hash, because the workers run different programs.
-absl::StatusOr<RegisteredTarget> ReadTarget(const store::BlobId& id, const std::string& target,
-                                            const std::string& source_mesh,
-                                            store::BlobStore& blobs);
+// Nothing if the target was registered to another mesh of the source, by another version of the
+// program. Errors: those of the store; kFailedPrecondition if the file is of another target.
+absl::StatusOr<std::optional<RegisteredTarget>> ReadTarget(const store::BlobId& id,
+                                                           const std::string& target,
+                                                           const std::string& source_mesh,
+                                                           store::BlobStore& blobs);
 
 }  // namespace liquidblend::jobs

@@ -103,6 +103,10 @@ std::string DescribeProgress(const Progress& progress) {
   if (progress.seconds_left > 0.0) {
     absl::StrAppend(&text, ", ", FormatTimeLeft(progress.seconds_left), " left");
   }
+  const bool is_after_failure = progress.attempt > 1 && !progress.last_failure.ok();
+  if (is_after_failure && !progress.next_attempt_time) {  // at the end, as it may be long
+    absl::StrAppend(&text, "; the attempt before: ", progress.last_failure.message());
+  }
   return text;
 }
 

@@ -234,6 +234,14 @@ class Catalog : public CatalogUpkeep {
   // Finishes a child with the target file that it made. Errors: kInvalidArgument if the job is not
   // a child.
   virtual absl::Status FinishChild(const std::string& lease_id, const std::string& blob) = 0;
+  // Gives a registration back whose children are to be done again, as their results cannot be used:
+  // these return to the queue, and it waits for them. Uses up no attempt of any. `why` becomes a
+  // failed attempt of each of them and, with the target's name, of the registration, which is
+  // cancelled instead if that was requested. Errors: kInvalidArgument if an id is not that of a
+  // child of this job that has succeeded.
+  virtual absl::Status RepeatChildren(const std::string& lease_id,
+                                      const std::vector<std::string>& children,
+                                      const absl::Status& why) = 0;
   // Ends an attempt with an error. With `retry` the job returns to the queue while attempts are
   // left, and pauses as CatalogOptions::retry requires. Otherwise it is FAILED (CANCELLED if the
   // error is kCancelled or a cancellation was requested), with the error kept in the job and, for

@@ -333,6 +333,29 @@ absl::Status FinishChild(Sql& sql, const std::string& lease_id, const std::strin
   return UpdateJob(sql, {std::move(parent.record), "", 0});
 }
 
+absl::Status RepeatChildren(Sql& sql, const std::string& lease_id,
+                            const std::vector<std::string>& ids, const absl::Status& why,
+                            absl::Time now) {
+  LB_ASSIGN_OR_RETURN(JobRow parent, FindLeasedJob(sql, lease_id));
+  if (parent.record.cancel_requested()) {
+    return FinishWithError(sql, parent.record, CancelledStatus(parent.record), now);
+  }
+  LB_ASSIGN_OR_RETURN(std::vector<pb::JobRecord> children, FindChildren(sql, parent.record.id()));
+  for (const std::string& id : ids) {
+    const auto child = std::find_if(children.begin(), children.end(), [&](const auto& each) {
+      return each.id() == id && each.state() == pb::JobRecord::SUCCEEDED;
+    });
+    if (child == children.end()) {
+      return absl::InvalidArgumentError(absl::StrCat(
+          "job '", parent.record.id(), "' has no child '", id, "' that has succeeded"));
+    }
+    Repeat(why, now, *child, parent.record);
+    LB_RETURN_IF_ERROR(UpdateJob(sql, {std::move(*child), "", 0}));
+  }
+  WaitAgain(now, parent.record);
+  return UpdateJob(sql, {std::move(parent.record), "", 0});
+}
+
 absl::Status FailJob(Sql& sql, const std::string& lease_id, const absl::Status& error, bool retry,
                      const RetryOptions& options, absl::Time now) {
   if (error.ok()) return absl::InvalidArgumentError("FailJob needs an error");

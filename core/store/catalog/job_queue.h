@@ -6,6 +6,7 @@
 
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
@@ -55,6 +56,9 @@ absl::StatusOr<int64_t> PublishFamily(Sql& sql, const std::string& lease_id,
                                       pb::FamilyRecord family, absl::Time now);
 absl::Status FinishChild(Sql& sql, const std::string& lease_id, const std::string& blob,
                          absl::Time now);
+absl::Status RepeatChildren(Sql& sql, const std::string& lease_id,
+                            const std::vector<std::string>& ids, const absl::Status& why,
+                            absl::Time now);
 absl::Status FailJob(Sql& sql, const std::string& lease_id, const absl::Status& error, bool retry,
                      const RetryOptions& options, absl::Time now);
 // Gives the job back by changing its row alone. Returns false, and changes nothing, if it was to be

@@ -26,6 +26,19 @@ void AddFailure(const pb::FailedAttempt& attempt, pb::JobRecord& job) {
   if (num_old > 0) job.mutable_failed_attempts()->DeleteSubrange(0, num_old);
 }
 
+// Whether two records are of one attempt of a child, whose parent's record names the target.
+bool IsSameAttempt(const pb::FailedAttempt& a, const pb::FailedAttempt& b) {
+  return a.worker() == b.worker() && a.end_time().seconds() == b.end_time().seconds() &&
+         a.end_time().nanos() == b.end_time().nanos();
+}
+
+void AddFailureOfChild(pb::FailedAttempt attempt, const pb::JobRecord& child,
+                       pb::JobRecord& parent) {
+  attempt.mutable_error()->set_message(
+      absl::StrCat("target '", TargetOf(child, parent), "': ", attempt.error().message()));
+  AddFailure(attempt, parent);
+}
+
 }  // namespace
 
 bool IsUnfinished(const pb::JobRecord& job) {
@@ -185,11 +198,27 @@ void NoteFailure(const absl::Status& error, bool lost, absl::Time now, pb::JobRe
 }
 
 void TakeFailures(const pb::JobRecord& child, pb::JobRecord& parent) {
-  for (pb::FailedAttempt attempt : child.failed_attempts()) {
-    attempt.mutable_error()->set_message(
-        absl::StrCat("target '", TargetOf(child, parent), "': ", attempt.error().message()));
-    AddFailure(attempt, parent);
+  const auto before = parent.failed_attempts();
+  for (const pb::FailedAttempt& attempt : child.failed_attempts()) {
+    const bool is_there = std::any_of(before.begin(), before.end(), [&](const auto& other) {
+      return IsSameAttempt(attempt, other);
+    });
+    if (!is_there) AddFailureOfChild(attempt, child, parent);
   }
+}
+
+void Repeat(const absl::Status& why, absl::Time now, pb::JobRecord& child, pb::JobRecord& parent) {
+  NoteFailure(why, /*lost=*/false, now, child);
+  AddFailureOfChild(*child.failed_attempts().rbegin(), child, parent);
+  CountForEnvironment(child);
+  child.clear_result_blob();
+  ReturnToQueue(now, child);
+}
+
+void WaitAgain(absl::Time now, pb::JobRecord& job) {
+  job.set_attempts(job.attempts() - 1);
+  ReturnToQueue(now, job);
+  job.set_state(pb::JobRecord::WAITING);
 }
 
 void CountForEnvironment(pb::JobRecord& job) {

@@ -64,8 +64,13 @@ void HandBack(absl::Time now, pb::JobRecord& job);
 // expired without a report.
 inline constexpr int kKeptAttempts = 20;
 void NoteFailure(const absl::Status& error, bool lost, absl::Time now, pb::JobRecord& job);
-// Moves the failed attempts of a child to its parent.
+// Adds the failed attempts of a child to those of its parent, which has those of Repeat() already.
 void TakeFailures(const pb::JobRecord& child, pb::JobRecord& parent);
+
+// Puts a child that has succeeded back into the queue. `why` is a failed attempt of both.
+void Repeat(const absl::Status& why, absl::Time now, pb::JobRecord& child, pb::JobRecord& parent);
+// Gives a registration back that waits for children again; its attempt does not count.
+void WaitAgain(absl::Time now, pb::JobRecord& job);
 
 // Counts the last attempt as a transient failure of the environment, not of the job.
 void CountForEnvironment(pb::JobRecord& job);

@@ -290,6 +290,12 @@ class SqlCatalog : public Catalog {
     return Publish(
         [&](Sql& sql, absl::Time now) { return store::FinishChild(sql, lease_id, blob, now); });
   }
+  absl::Status RepeatChildren(const std::string& lease_id, const std::vector<std::string>& children,
+                              const absl::Status& why) override {
+    return Change([&](Sql& sql, absl::Time now) {
+      return store::RepeatChildren(sql, lease_id, children, why, now);
+    });
+  }
   absl::Status FailJob(const std::string& lease_id, const absl::Status& error,
                        bool retry) override {
     return Watched([&] {

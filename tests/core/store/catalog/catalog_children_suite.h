@@ -10,6 +10,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "absl/time/clock.h"
+#include "core/store/catalog/job_records.h"
 #include "tests/core/store/catalog/catalog_testing.h"
 
 namespace liquidblend::store {
@@ -87,6 +88,83 @@ TEST_P(CatalogSuite, QueuesARegistrationWithTheEndOfItsLastChild) {
   EXPECT_TRUE(ChildrenOf(job).empty());
   EXPECT_THAT(catalog_->DeleteAnimation("d"), Fails(Code::kFailedPrecondition, "family 'f'"));
   EXPECT_TRUE(NothingToDo());
+}
+
+TEST_P(CatalogSuite, RepeatsChildrenWhoseResultsCannotBeUsed) {
+  const Job job = MustSubmitThreeTargets();
+  for (int k = 0; k < 3; ++k) FinishNextChild();
+  const std::vector<Job> done = ChildrenOf(job);
+  const Lease parent = MustLease("assembler");
+  now_ += absl::Seconds(7);
+  const absl::Status why = absl::FailedPreconditionError("of another mesh");
+  EXPECT_THAT(catalog_->RepeatChildren(parent.lease_id, {done[0].id(), done[2].id()}, why),
+              Succeeds());
+  EXPECT_EQ(GetJob(job.id()).state(), Job::WAITING);
+  EXPECT_EQ(GetJob(job.id()).attempts(), 0);
+  ASSERT_EQ(GetJob(job.id()).failed_attempts_size(), 2);
+  const pb::FailedAttempt noted = GetJob(job.id()).failed_attempts(1);
+  EXPECT_EQ(noted.error().message(), "target 'd': of another mesh");
+  EXPECT_EQ(noted.worker(), done[2].worker());
+  EXPECT_EQ(noted.end_time().seconds(), 1700000007);
+  const std::vector<Job> again = ChildrenOf(job);
+  EXPECT_EQ(again[1].SerializeAsString(), done[1].SerializeAsString());
+  for (const int k : {0, 2}) {
+    EXPECT_EQ(again[k].state(), Job::QUEUED);
+    EXPECT_EQ(again[k].result_blob(), "");
+    EXPECT_EQ(again[k].attempts(), 0);
+    ASSERT_EQ(again[k].failed_attempts_size(), 1);
+    EXPECT_EQ(again[k].failed_attempts(0).error().message(), "of another mesh");
+  }
+  EXPECT_THAT(catalog_->Heartbeat(parent.lease_id, kLease, {}),
+              Fails(Code::kAborted, parent.lease_id));
+  FinishNextChild();
+  EXPECT_EQ(AttemptNumber(MustLease().job), 2);  // the last child's
+  now_ += kLease;                                // whose worker is lost
+  EXPECT_EQ(GetJob(job.id()).state(), Job::WAITING);
+  FinishNextChild();
+  const Lease last = MustLease();
+  EXPECT_EQ(last.job.id(), job.id());
+  EXPECT_EQ(last.job.attempts(), 1);
+  pb::FamilyRecord family;
+  family.set_id("f");
+  EXPECT_THAT(catalog_->PublishFamily(last.lease_id, family), Succeeds());
+  EXPECT_EQ(GetJob(job.id()).failed_attempts_size(), 2) << "the history tells of it";
+}
+
+TEST_P(CatalogSuite, ARepeatedChildThatFailsIsToldOfOnce) {
+  const Job job = MustSubmitThreeTargets();
+  for (int k = 0; k < 3; ++k) FinishNextChild();
+  const Lease parent = MustLease();
+  EXPECT_THAT(catalog_->RepeatChildren(parent.lease_id, {ChildrenOf(job)[1].id()},
+                                       absl::FailedPreconditionError("of another mesh")),
+              Succeeds());
+  now_ += absl::Seconds(1);
+  EXPECT_THAT(catalog_->FailJob(MustLease().lease_id, absl::DataLossError("frame 3"), false),
+              Succeeds());
+  EXPECT_EQ(GetJob(job.id()).state(), Job::FAILED);
+  ASSERT_EQ(GetJob(job.id()).failed_attempts_size(), 2);
+  EXPECT_EQ(GetJob(job.id()).failed_attempts(0).error().message(), "target 'c': of another mesh");
+  EXPECT_EQ(GetJob(job.id()).failed_attempts(1).error().message(), "target 'c': frame 3");
+}
+
+TEST_P(CatalogSuite, RepeatsNothingElse) {
+  const Job job = MustSubmitThreeTargets();
+  const absl::Status why = absl::FailedPreconditionError("of another mesh");
+  const std::string first = ChildrenOf(job)[0].id();
+  const Lease child = MustLease();
+  EXPECT_THAT(catalog_->RepeatChildren("x", {first}, why), Fails(Code::kAborted, "'x'"));
+  EXPECT_THAT(catalog_->RepeatChildren(child.lease_id, {first}, why),
+              Fails(Code::kInvalidArgument, first));
+  EXPECT_THAT(catalog_->FinishChild(child.lease_id, "blob"), Succeeds());
+  for (int k = 1; k < 3; ++k) FinishNextChild();
+  const Lease parent = MustLease();
+  EXPECT_THAT(catalog_->RepeatChildren(parent.lease_id, {first, "other.0"}, why),
+              Fails(Code::kInvalidArgument, "other.0"));
+  EXPECT_EQ(ChildrenOf(job)[0].state(), Job::SUCCEEDED) << "all of them or none";
+  EXPECT_THAT(catalog_->RequestCancel(job.id()), Succeeds());
+  EXPECT_THAT(catalog_->RepeatChildren(parent.lease_id, {first}, why), Succeeds());
+  EXPECT_EQ(GetJob(job.id()).state(), Job::CANCELLED);
+  EXPECT_TRUE(ChildrenOf(job).empty());
 }
 
 TEST_P(CatalogSuite, TriesToPutTheResultsTogetherAgain) {

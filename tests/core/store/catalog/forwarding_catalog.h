@@ -139,6 +139,10 @@ class ForwardingCatalog : public Catalog {
   absl::Status FinishChild(const std::string& lease_id, const std::string& blob) override {
     return catalog_.FinishChild(lease_id, blob);
   }
+  absl::Status RepeatChildren(const std::string& lease_id, const std::vector<std::string>& children,
+                              const absl::Status& why) override {
+    return catalog_.RepeatChildren(lease_id, children, why);
+  }
   absl::Status FailJob(const std::string& lease_id, const absl::Status& error,
                        bool retry) override {
     return catalog_.FailJob(lease_id, error, retry);
