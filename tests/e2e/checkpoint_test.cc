@@ -12,6 +12,8 @@
 #include "core/store/blobs/blob_store.h"
 #include "core/store/catalog/catalog.h"
 #include "tests/e2e/e2e_testing.h"
+#include "tests/synthetic/implicit.h"
+#include "tests/worker/ingest/formats/encode_files.h"
 #include "worker/jobs/checkpoint_file.h"
 
 namespace liquidblend::e2e {
@@ -99,6 +101,25 @@ class CheckpointTest : public E2eTest {
 
   static bool IsResumed(const JobRecord& job) { return job.progress().resumed_iteration() > 0; }
 
+  // Drops at these places above a pool.
+  Operation ImportDrops(const std::string& id, const std::vector<double>& drops_x_m) {
+    synthetic::FallingDropsOptions options;
+    for (const double x : drops_x_m) options.drops.push_back({.centre_m = {x, 0, 0.8}});
+    options.pool_half_width_m = {1.2, 0.4};
+    options.num_frames = 4;
+    std::vector<NamedBytes> files;
+    for (const ingest::LoadedFile& file :
+         ingest::Files(synthetic::FallingDrops(options), ingest::Format::kPly)) {
+      files.push_back({file.name, store::AsString(file.bytes)});
+    }
+    Operation operation;
+    const grpc::Status status = Upload(id, files, "", operation);
+    EXPECT_TRUE(status.ok()) << status.error_message();
+    return operation;
+  }
+
+  int num_iterations_ = 120;
+
  private:
   store::Catalog* catalog() {
     if (!catalog_) catalog_ = OpenCatalog();
@@ -106,7 +127,6 @@ class CheckpointTest : public E2eTest {
   }
 
   std::unique_ptr<store::Catalog> catalog_;
-  int num_iterations_ = 120;
   double node_spacing_edges_ = 2.0;
 };
 
@@ -137,6 +157,43 @@ TEST_F(CheckpointTest, AnotherWorkerGoesOnWhereAKilledOneWas) {
   ExpectSuccess(AwaitDone(registration.name()));
   EXPECT_EQ(FamilyBlob(), expected);
   EXPECT_EQ(JobsOf(registration)[0].checkpoint_blob(), "");
+}
+
+// Where one animation has a drop more, no pairing of features gives a good registration, and
+// another one is tried. More workers die in that one than a job has attempts.
+TEST_F(CheckpointTest, WorkersThatAreKilledWhileAnotherPairingIsTriedUseUpNoAttempt) {
+  num_iterations_ = 40;
+  Process server = StartServer();
+  {
+    Process worker = StartWorker();
+    ExpectSuccess(AwaitDone(ImportDrops("a", {0.5}).name()));
+    ExpectSuccess(AwaitDone(ImportDrops("b", {0.6, -0.6}).name()));
+    ExpectSuccess(AwaitDone(Submit({"b"}).name()));
+  }
+  const std::string expected = FamilyBlob();
+  const Operation registration = Submit({"b"});
+  {
+    Process first = StartWorker(Often());
+    AwaitJob(registration, [](const JobRecord& job) {
+      return !job.checkpoint_blob().empty() && job.progress().stage() == "projection";
+    });
+    EXPECT_EQ(first.Kill(), -SIGKILL);
+  }
+  for (int n = 0; n < 4; ++n) {
+    const JobRecord left = JobsOf(registration)[0];
+    Process killed = StartWorker(Often());
+    const JobRecord at_work = AwaitJob(registration, [&](const JobRecord& job) {
+      const int resumed = job.progress().resumed_iteration() % num_iterations_;
+      return job.worker() != left.worker() && job.progress().iteration() < num_iterations_ &&
+             (job.checkpoint_blob() != left.checkpoint_blob() ||
+              job.progress().iteration() > resumed + 5 * kEvery);
+    });
+    EXPECT_EQ(killed.Kill(), -SIGKILL);
+    EXPECT_EQ(at_work.attempts(), 1);
+  }
+  Process worker = StartWorker();
+  ExpectSuccess(AwaitDone(registration.name()));
+  EXPECT_EQ(FamilyBlob(), expected);
 }
 
 // The first worker leaves a checkpoint; the second dies at the point while it makes another one.

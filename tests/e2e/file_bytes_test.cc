@@ -73,7 +73,9 @@ class FileBytesTest : public E2eTest {
     LB_ASSIGN_OR_RETURN(const auto blobs, store::OpenLocalBlobStore(data()));
     LB_ASSIGN_OR_RETURN(const auto blob, blobs->Open(checkpoint_blob));
     LB_ASSIGN_OR_RETURN(auto checkpoint, jobs::ReadCheckpoint(*blob, "the checkpoint"));
-    std::visit([](auto& state) { state.seconds = 0.0; }, checkpoint.state);
+    auto* const state = std::get_if<registration::IterationState>(&checkpoint.state);
+    if (state == nullptr) return absl::FailedPreconditionError("all iterations are done");
+    state->seconds = 0.0;
     LB_ASSIGN_OR_RETURN(const auto writer, blobs->Create());
     LB_RETURN_IF_ERROR(jobs::WriteCheckpoint({}, checkpoint.state, *writer));
     return writer->Commit();

@@ -18,34 +18,50 @@
 namespace liquidblend::jobs {
 namespace {
 
+using registration::CompetitionState;
 using registration::IterationState;
 using registration::SharpenState;
 using store::v1::CheckpointManifest;
 using Float4 = std::array<float, 4>;
 
-constexpr store::FileFormat kFormat = {"checkpoint file", "\x89LBCKP\r\n", 1};
+constexpr store::FileFormat kFormat = {"checkpoint file", "\x89LBCKP\r\n", 2, 1};
+// Without other pairings.
+constexpr store::FileFormat kPlainFormat = {kFormat.name, kFormat.magic, 1};
 constexpr int kNumSections = 4;
+constexpr int kNumBestSections = 3;  // beside them, while other pairings are tried
 // Times stay in frames, as in target files.
 constexpr double kFramesPerSecond = 1.0;
 static_assert(sizeof(registration::SampleDraw) == 2 * sizeof(int32_t));
 
-// The arrays of either kind of state; the other's are empty.
-struct Arrays {
+// The arrays of the iterations of one pairing.
+struct IterationArrays {
   std::span<const std::array<float, 20>> maps = {};
   std::span<const registration::SampleDraw> draws = {};
   std::span<const int32_t> worst = {};
-  std::span<const Float4> displacement = {};
 };
 
-Arrays Describe(const IterationState& state, CheckpointManifest& manifest) {
-  manifest.set_iteration(state.last.iteration);
-  manifest.set_num_iterations(state.last.num_iterations);
-  manifest.set_fit_energy(state.last.fit_energy);
-  manifest.set_smoothness_energy(state.last.smoothness_energy);
-  manifest.set_num_inliers(state.last.num_inliers);
-  manifest.set_num_samples(state.last.num_samples);
-  manifest.set_seconds(state.seconds);
+// The arrays of any kind of state; the others' are empty.
+struct Arrays {
+  IterationArrays iterations = {};
+  std::span<const Float4> displacement = {};
+  IterationArrays best = {};
+};
+
+// The iterations go into a manifest, or those of the best pairing into a message of its own.
+template <typename Message>
+IterationArrays DescribeIterations(const IterationState& state, Message& message) {
+  message.set_iteration(state.last.iteration);
+  message.set_num_iterations(state.last.num_iterations);
+  message.set_fit_energy(state.last.fit_energy);
+  message.set_smoothness_energy(state.last.smoothness_energy);
+  message.set_num_inliers(state.last.num_inliers);
+  message.set_num_samples(state.last.num_samples);
+  message.set_seconds(state.seconds);
   return {.maps = state.maps, .draws = state.draws, .worst = state.worst};
+}
+
+Arrays Describe(const IterationState& state, CheckpointManifest& manifest) {
+  return {.iterations = DescribeIterations(state, manifest)};
 }
 
 Arrays Describe(const SharpenState& state, CheckpointManifest& manifest) {
@@ -63,10 +79,47 @@ Arrays Describe(const SharpenState& state, CheckpointManifest& manifest) {
                            static_cast<size_t>(state.displacement.cols())}};
 }
 
+Arrays Describe(const CompetitionState& state, CheckpointManifest& manifest) {
+  CheckpointManifest::Competition& competition = *manifest.mutable_competition();
+  for (const mesh::Hypothesis& tried : state.tried) {
+    store::v1::Hypothesis& added = *competition.add_tried();
+    added.set_pairing(tried.pairing);
+    added.set_cost(tried.cost);
+    added.set_is_kept(tried.is_kept);
+  }
+  competition.set_num_others(state.num_others);
+  Arrays arrays;
+  arrays.best = DescribeIterations(state.best, *competition.mutable_best());
+  if (state.next) arrays.iterations = DescribeIterations(*state.next, manifest);
+  return arrays;
+}
+
+std::vector<store::SectionData> SectionsOf(const Arrays& arrays, bool has_best) {
+  std::vector<store::SectionData> sections = {
+      store::MakeSection("maps", arrays.iterations.maps),
+      store::MakeSection("draws", arrays.iterations.draws),
+      store::MakeSection("worst", arrays.iterations.worst),
+      store::MakeSection("displacement", arrays.displacement)};
+  if (has_best) {
+    sections.push_back(store::MakeSection("best.maps", arrays.best.maps));
+    sections.push_back(store::MakeSection("best.draws", arrays.best.draws));
+    sections.push_back(store::MakeSection("best.worst", arrays.best.worst));
+  }
+  return sections;
+}
+
 absl::Status CheckManifest(const store::SectionReader& reader, const CheckpointManifest& manifest) {
-  if (manifest.sections_size() != kNumSections) {
+  if (manifest.has_competition() != (reader.version() > kPlainFormat.version)) {
+    return reader.Invalid(absl::StrCat("has ", manifest.has_competition() ? "other" : "no other",
+                                       " pairings, in version ", reader.version()));
+  }
+  const int num_sections = kNumSections + (manifest.has_competition() ? kNumBestSections : 0);
+  if (manifest.sections_size() != num_sections) {
     return reader.Invalid(
-        absl::StrCat(manifest.sections_size(), " sections instead of ", kNumSections));
+        absl::StrCat(manifest.sections_size(), " sections instead of ", num_sections));
+  }
+  if (manifest.has_competition() && manifest.has_finer_nodes()) {
+    return reader.Invalid("has finer nodes and other pairings");
   }
   for (const auto& found : manifest.finer_nodes().coarse_report().correspondences()) {
     if (!store::IsWhole(found)) {
@@ -79,26 +132,32 @@ absl::Status CheckManifest(const store::SectionReader& reader, const CheckpointM
 absl::StatusOr<Arrays> ReadArrays(const CheckpointManifest& manifest,
                                   store::SectionReader& reader) {
   Arrays arrays;
-  LB_RETURN_IF_ERROR(reader.View(manifest.sections(0), "maps", arrays.maps));
-  LB_RETURN_IF_ERROR(reader.View(manifest.sections(1), "draws", arrays.draws));
-  LB_RETURN_IF_ERROR(reader.View(manifest.sections(2), "worst", arrays.worst));
+  LB_RETURN_IF_ERROR(reader.View(manifest.sections(0), "maps", arrays.iterations.maps));
+  LB_RETURN_IF_ERROR(reader.View(manifest.sections(1), "draws", arrays.iterations.draws));
+  LB_RETURN_IF_ERROR(reader.View(manifest.sections(2), "worst", arrays.iterations.worst));
   LB_RETURN_IF_ERROR(reader.View(manifest.sections(3), "displacement", arrays.displacement));
+  if (manifest.has_competition()) {
+    LB_RETURN_IF_ERROR(reader.View(manifest.sections(4), "best.maps", arrays.best.maps));
+    LB_RETURN_IF_ERROR(reader.View(manifest.sections(5), "best.draws", arrays.best.draws));
+    LB_RETURN_IF_ERROR(reader.View(manifest.sections(6), "best.worst", arrays.best.worst));
+  }
   LB_RETURN_IF_ERROR(reader.Finish());
   return arrays;
 }
 
-IterationState IterationStateOf(const CheckpointManifest& manifest, const Arrays& arrays) {
+template <typename Message>
+IterationState IterationStateOf(const Message& message, const IterationArrays& arrays) {
   IterationState state;
-  state.last.iteration = manifest.iteration();
-  state.last.num_iterations = manifest.num_iterations();
-  state.last.fit_energy = manifest.fit_energy();
-  state.last.smoothness_energy = manifest.smoothness_energy();
-  state.last.num_inliers = manifest.num_inliers();
-  state.last.num_samples = manifest.num_samples();
+  state.last.iteration = message.iteration();
+  state.last.num_iterations = message.num_iterations();
+  state.last.fit_energy = message.fit_energy();
+  state.last.smoothness_energy = message.smoothness_energy();
+  state.last.num_inliers = message.num_inliers();
+  state.last.num_samples = message.num_samples();
   state.maps.assign(arrays.maps.begin(), arrays.maps.end());
   state.draws.assign(arrays.draws.begin(), arrays.draws.end());
   state.worst.assign(arrays.worst.begin(), arrays.worst.end());
-  state.seconds = manifest.seconds();
+  state.seconds = message.seconds();
   return state;
 }
 
@@ -116,6 +175,24 @@ SharpenState SharpenStateOf(const CheckpointManifest& manifest, const Arrays& ar
   return state;
 }
 
+CompetitionState CompetitionStateOf(const CheckpointManifest& manifest, const Arrays& arrays) {
+  const CheckpointManifest::Competition& competition = manifest.competition();
+  CompetitionState state;
+  for (const store::v1::Hypothesis& tried : competition.tried()) {
+    state.tried.push_back({tried.pairing(), tried.cost(), tried.is_kept()});
+  }
+  state.num_others = competition.num_others();
+  state.best = IterationStateOf(competition.best(), arrays.best);
+  if (manifest.iteration() > 0) state.next = IterationStateOf(manifest, arrays.iterations);
+  return state;
+}
+
+registration::RegistrationState StateOf(const CheckpointManifest& manifest, const Arrays& arrays) {
+  if (manifest.has_competition()) return CompetitionStateOf(manifest, arrays);
+  if (manifest.has_finer_nodes()) return SharpenStateOf(manifest, arrays);
+  return IterationStateOf(manifest, arrays.iterations);
+}
+
 }  // namespace
 
 absl::Status WriteCheckpoint(const CheckpointLabel& label,
@@ -126,11 +203,9 @@ absl::Status WriteCheckpoint(const CheckpointLabel& label,
   manifest.set_number(label.number);
   const Arrays arrays =
       std::visit([&](const auto& kind) { return Describe(kind, manifest); }, state);
-  const std::vector<store::SectionData> sections = {
-      store::MakeSection("maps", arrays.maps), store::MakeSection("draws", arrays.draws),
-      store::MakeSection("worst", arrays.worst),
-      store::MakeSection("displacement", arrays.displacement)};
-  return store::WriteSectionFile(kFormat, sections, manifest, *manifest.mutable_sections(), out);
+  const bool has_best = manifest.has_competition();
+  return store::WriteSectionFile(has_best ? kFormat : kPlainFormat, SectionsOf(arrays, has_best),
+                                 manifest, *manifest.mutable_sections(), out);
 }
 
 absl::StatusOr<Checkpoint> ReadCheckpoint(const store::Blob& blob, const std::string& name) {
@@ -142,11 +217,7 @@ absl::StatusOr<Checkpoint> ReadCheckpoint(const store::Blob& blob, const std::st
   LB_ASSIGN_OR_RETURN(const Arrays arrays, ReadArrays(manifest, reader));
   Checkpoint checkpoint;
   checkpoint.label = {manifest.fingerprint(), manifest.lease(), manifest.number()};
-  if (manifest.has_finer_nodes()) {
-    checkpoint.state = SharpenStateOf(manifest, arrays);
-  } else {
-    checkpoint.state = IterationStateOf(manifest, arrays);
-  }
+  checkpoint.state = StateOf(manifest, arrays);
   return checkpoint;
 }
 

@@ -16,19 +16,29 @@
 namespace liquidblend::jobs {
 namespace {
 
+using registration::CompetitionState;
 using registration::IterationState;
 using registration::RegistrationState;
 using registration::SharpenState;
 
 // Whether nothing comes after it for a while, or a lot went into it.
 bool IsMilestone(const RegistrationState& state) {
-  const auto* const iterations = std::get_if<IterationState>(&state);
+  const auto* iterations = std::get_if<IterationState>(&state);
+  if (const auto* const competition = std::get_if<CompetitionState>(&state)) {
+    iterations = competition->next ? &*competition->next : nullptr;
+  }
   return iterations == nullptr || iterations->last.iteration == iterations->last.num_iterations;
 }
 
 std::string Describe(const RegistrationState& state) {
   if (const auto* const finer = std::get_if<SharpenState>(&state)) {
     return absl::StrCat("round ", finer->num_rounds, " of finer nodes");
+  }
+  if (const auto* const competition = std::get_if<CompetitionState>(&state)) {
+    const int num_done = 1 + competition->num_others;
+    if (!competition->next) return absl::StrCat("pairing ", num_done);
+    return absl::StrCat("iteration ", competition->next->last.iteration, " of pairing ",
+                        num_done + 1);
   }
   return absl::StrCat("iteration ", std::get<IterationState>(state).last.iteration);
 }

@@ -54,13 +54,13 @@ registration::ProgressCallback JobContext::RegistrationProgress(int target_index
   };
 }
 
-void JobContext::SetResumed(const registration::IterationReport& last) {
+void JobContext::SetResumed(const registration::IterationReport& last, double share) {
   progress_.set_resumed_iteration(last.iteration);
   if (last.iteration > 0) trace.NoteResumed(last.iteration);
   progress_.set_iteration(last.iteration);
   progress_.set_num_iterations(last.num_iterations);
   const double before = progress_.fraction();
-  ReportFraction(static_cast<double>(last.iteration) / std::max(1, last.num_iterations));
+  ReportFraction(share);
   first_fraction_ = first_fraction_.value_or(0.0) + progress_.fraction() - before;
 }
 

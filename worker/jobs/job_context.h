@@ -46,9 +46,9 @@ class JobContext {
   // stage is called "projection" after the last iteration.
   registration::ProgressCallback RegistrationProgress(int target_index);
 
-  // Marks the registration as resumed after this iteration. Work done before is left out of the
-  // time estimate.
-  void SetResumed(const registration::IterationReport& last);
+  // Marks the registration as resumed after this iteration. Work done before, `share` of the stage,
+  // is left out of the time estimate.
+  void SetResumed(const registration::IterationReport& last, double share);
 
   const std::string& stage() const { return progress_.stage(); }
 

@@ -1,5 +1,6 @@
 #include "worker/jobs/register_target.h"
 
+#include <algorithm>
 #include <functional>
 #include <memory>
 #include <numeric>
@@ -67,8 +68,19 @@ registration::IterationReport LastOf(const registration::RegistrationState& stat
   if (const auto* const iterations = std::get_if<registration::IterationState>(&state)) {
     return iterations->last;
   }
+  if (const auto* const competition = std::get_if<registration::CompetitionState>(&state)) {
+    return competition->next ? competition->next->last : competition->best.last;
+  }
   const int count = std::get<registration::SharpenState>(state).coarse_report.num_iterations;
   return {.iteration = count, .num_iterations = count};
+}
+
+// The share of the iterations that are done. Those of other pairings do not count: whether there
+// are any is not known before.
+double ShareOf(const registration::RegistrationState& state) {
+  if (!std::holds_alternative<registration::IterationState>(state)) return 1.0;
+  const registration::IterationReport last = LastOf(state);
+  return static_cast<double>(last.iteration) / std::max(1, last.num_iterations);
 }
 
 // Goes on where an earlier attempt was interrupted, and leaves checkpoints for a later one.
@@ -83,13 +95,13 @@ absl::StatusOr<Registration> RegisterWithCheckpoints(const Inputs& inputs, JobCo
     context.checkpoints.Offer(std::move(state));
   };
   if (!resumed) return RegisterOrRefine(inputs, hooks, context);
-  context.SetResumed(LastOf(*resumed));
+  context.SetResumed(LastOf(*resumed), ShareOf(*resumed));
   hooks.resume = &*resumed;
   absl::StatusOr<Registration> result = RegisterOrRefine(inputs, hooks, context);
   if (!absl::IsFailedPrecondition(result.status())) return result;
   base::LogWarning(absl::StrCat("job ", context.keeper.job().id(), ": begins anew, as its ",
                                 "checkpoint does not fit: ", result.status().ToString()));
-  context.SetResumed({});
+  context.SetResumed({}, 0.0);
   hooks.resume = nullptr;
   return RegisterOrRefine(inputs, hooks, context);
 }

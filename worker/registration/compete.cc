@@ -2,7 +2,11 @@
 
 #include <algorithm>
 #include <array>
+#include <functional>
+#include <optional>
+#include <string>
 #include <utility>
+#include <variant>
 
 #include "absl/strings/str_cat.h"
 #include "core/base/log.h"
@@ -69,25 +73,149 @@ std::vector<Pairing> OtherPairings(const mesh::SpaceTimeMesh& source,
   return others;
 }
 
+struct Inputs {
+  const mesh::SpaceTimeMesh& source;
+  const mesh::SpaceTimeMesh& target;
+  const std::vector<Correspondence>& users;
+  const RegistrationOptions& options;
+  const parallel::Arena& arena;
+  const RegistrationHooks& hooks;
+};
+
+// A registration with one pairing, and the state after its last iteration if states are kept.
+struct Candidate {
+  Registration registration;
+  IterationState last;
+};
+
+//   resume  the state to go on from; null: from the beginning
+//   keep    called with the state after each iteration, if states are kept
+absl::StatusOr<Candidate> RegisterWith(const Inputs& inputs, Pairing pairing,
+                                       const RegistrationState* resume,
+                                       const std::function<void(const IterationState&)>& keep) {
+  RegistrationOptions options = inputs.options;
+  options.pairing = pairing;
+  Candidate candidate;
+  RegistrationHooks hooks = {.progress = inputs.hooks.progress, .resume = resume};
+  const auto* const begun = resume == nullptr ? nullptr : std::get_if<IterationState>(resume);
+  if (begun != nullptr) candidate.last = *begun;
+  if (inputs.hooks.keep) {
+    hooks.keep = [&](RegistrationState state) {
+      candidate.last = std::get<IterationState>(std::move(state));
+      keep(candidate.last);
+    };
+  }
+  LB_ASSIGN_OR_RETURN(candidate.registration, Register(inputs.source, inputs.target, inputs.users,
+                                                       options, inputs.arena, hooks));
+  return candidate;
+}
+
 // What was tried, and the registration to keep of it.
 class Candidates {
  public:
-  void Add(Pairing pairing, Registration registration) {
-    costs_.push_back(CostOf(registration.report.verdict));
-    tried_.push_back({Describe(pairing), costs_.back(), false});
-    if (WinnerOf(costs_) + 1 == costs_.size()) best_ = std::move(registration);
+  Candidates(Pairing pairing, Candidate first) { Add(pairing, std::move(first)); }
+  // The best one is not at hand then, only its state.
+  explicit Candidates(const CompetitionState& resumed) : state_(resumed) { state_.next.reset(); }
+
+  void Add(Pairing pairing, Candidate candidate) {
+    state_.tried.push_back(
+        {Describe(pairing), CostOf(candidate.registration.report.verdict), false});
+    if (IndexOfBest() + 1 < state_.tried.size()) return;
+    best_ = std::move(candidate.registration);
+    state_.best = std::move(candidate.last);
   }
-  Registration Best() && {
-    tried_[WinnerOf(costs_)].is_kept = true;
-    if (tried_.size() > 1) best_.report.hypotheses = std::move(tried_);
-    return std::move(best_);
+  void CountOther() { ++state_.num_others; }
+
+  const CompetitionState& state() const { return state_; }
+  CompetitionState StateWithin(const IterationState& next) const {
+    CompetitionState state = state_;
+    state.next = next;
+    return state;
+  }
+
+  // Makes the best one again if it is not at hand.
+  absl::StatusOr<Registration> TakeBest(const Inputs& inputs) && {
+    state_.tried[IndexOfBest()].is_kept = true;
+    if (!best_) {
+      const RegistrationState last = std::move(state_.best);
+      LB_ASSIGN_OR_RETURN(
+          Candidate again,
+          RegisterWith(inputs, KeptPairing(state_.tried, inputs.options.pairing), &last, {}));
+      best_ = std::move(again.registration);
+    }
+    if (state_.tried.size() > 1) best_->report.hypotheses = std::move(state_.tried);
+    return *std::move(best_);
   }
 
  private:
-  std::vector<double> costs_;
-  std::vector<mesh::Hypothesis> tried_;
-  Registration best_;
+  size_t IndexOfBest() const {
+    std::vector<double> costs;
+    for (const mesh::Hypothesis& tried : state_.tried) costs.push_back(tried.cost);
+    return WinnerOf(costs);
+  }
+
+  CompetitionState state_;
+  std::optional<Registration> best_;
 };
+
+bool MayCompete(const RegistrationOptions& options, int num_iterations) {
+  return options.IsGuidedBy(Pairing::kFound) && num_iterations >= kMinIterations;
+}
+
+// Errors: kFailedPrecondition if it is not a state of this competition.
+absl::Status CheckResumable(const CompetitionState& state, const RegistrationOptions& options,
+                            const std::vector<Pairing>& others) {
+  std::vector<std::string> names = {Describe(options.pairing)};
+  for (const Pairing pairing : others) names.emplace_back(Describe(pairing));
+  const bool is_possible = MayCompete(options, state.best.last.num_iterations) &&
+                           state.num_others >= 0 && state.num_others <= std::ssize(others);
+  size_t n = 0;  // those that could be registered are in the order of all that were tried
+  for (int k = 0; is_possible && k <= state.num_others && n < state.tried.size(); ++k) {
+    n += state.tried[n].pairing == names[k];
+  }
+  if (is_possible && n > 0 && n == state.tried.size() && state.tried[0].pairing == names[0]) {
+    return absl::OkStatus();
+  }
+  return absl::FailedPreconditionError(
+      absl::StrCat("the state to go on from has tried ", state.tried.size(), " pairings, ",
+                   state.num_others, " of them others, and not those of this registration"));
+}
+
+// Tries the other pairings that are left.
+//   resumed  the state to go on from; null: after the first pairing
+absl::StatusOr<Registration> TryOthers(const Inputs& inputs, const CompetitionState* resumed,
+                                       Candidates candidates) {
+  const std::vector<Pairing> others =
+      OtherPairings(inputs.source, inputs.target, inputs.options, inputs.arena);
+  const auto keep = [&](const CompetitionState& state) {
+    if (inputs.hooks.keep) inputs.hooks.keep(state);
+  };
+  std::optional<RegistrationState> begun;
+  if (resumed != nullptr) {
+    LB_RETURN_IF_ERROR(CheckResumable(*resumed, inputs.options, others));
+    if (resumed->next) begun = *resumed->next;
+  } else if (!others.empty()) {
+    keep(candidates.state());
+  }
+  for (size_t n = candidates.state().num_others; n < others.size(); ++n) {
+    absl::StatusOr<Candidate> tried =
+        RegisterWith(inputs, others[n], begun ? &*begun : nullptr,
+                     [&](const IterationState& next) { keep(candidates.StateWithin(next)); });
+    begun.reset();
+    if (absl::IsCancelled(tried.status()) || absl::IsFailedPrecondition(tried.status())) {
+      return tried.status();
+    }
+    if (tried.ok()) {
+      candidates.Add(others[n], *std::move(tried));
+    } else {
+      base::LogWarning(absl::StrCat("a pairing cannot be registered (", Describe(others[n]),
+                                    "): ", tried.status().ToString()));
+    }
+    candidates.CountOther();
+    keep(candidates.state());
+  }
+  return std::move(candidates).TakeBest(inputs);
+}
 
 }  // namespace
 
@@ -112,28 +240,21 @@ absl::StatusOr<Registration> RegisterWithBestPairing(const mesh::SpaceTimeMesh& 
                                                      const RegistrationOptions& options,
                                                      const parallel::Arena& arena,
                                                      const RegistrationHooks& hooks) {
-  LB_ASSIGN_OR_RETURN(Registration first, Register(source, target, users, options, arena, hooks));
-  const bool may_compete =
-      options.IsGuidedBy(Pairing::kFound) && first.report.num_iterations >= kMinIterations;
-  const mesh::Verdict& verdict = first.report.verdict;
-  if (!may_compete || verdict.grade == mesh::Grade::kGood || CostOf(verdict) < kMinCost) {
-    return first;
-  }
-  Candidates candidates;
-  candidates.Add(options.pairing, std::move(first));
-  for (const Pairing pairing : OtherPairings(source, target, options, arena)) {
-    RegistrationOptions other = options;
-    other.pairing = pairing;
-    auto tried = Register(source, target, users, other, arena, {.progress = hooks.progress});
-    if (absl::IsCancelled(tried.status())) return tried;
-    if (tried.ok()) {
-      candidates.Add(pairing, *std::move(tried));
-    } else {
-      base::LogWarning(absl::StrCat("a pairing cannot be registered (", Describe(pairing),
-                                    "): ", tried.status().ToString()));
+  const Inputs inputs = {source, target, users, options, arena, hooks};
+  if (hooks.resume != nullptr) {
+    if (const auto* const state = std::get_if<CompetitionState>(hooks.resume)) {
+      return TryOthers(inputs, state, Candidates(*state));
     }
   }
-  return std::move(candidates).Best();
+  LB_ASSIGN_OR_RETURN(Candidate first,
+                      RegisterWith(inputs, options.pairing, hooks.resume,
+                                   [&](const IterationState& state) { hooks.keep(state); }));
+  const mesh::RegistrationReport& report = first.registration.report;
+  const bool is_good = report.verdict.grade == mesh::Grade::kGood;
+  if (is_good || !MayCompete(options, report.num_iterations) || CostOf(report.verdict) < kMinCost) {
+    return std::move(first.registration);
+  }
+  return TryOthers(inputs, nullptr, Candidates(options.pairing, std::move(first)));
 }
 
 }  // namespace liquidblend::registration

@@ -26,9 +26,10 @@ Pairing KeptPairing(const std::vector<mesh::Hypothesis>& hypotheses, Pairing tri
 // too: with the pairs found, with two detached parts' partners exchanged, without pairs. The first
 // one wins unless another one loses less than half as much (CostOf() of its verdict). The report
 // lists what was tried; nothing if there was no choice.
-//   hooks  keep, resume: of the first registration; the others are made again after an
-//          interruption, with the same outcome
-// Cost: that of Register() for each one tried.
+//   hooks  keep: with a CompetitionState once others are tried; resume: that, or an iteration's of
+//          the first one
+// Cost: that of Register() for each one tried; after an interruption also that of completing the
+// best one again, if it was tried before.
 // Errors: those of Register(); a way that cannot be registered loses.
 // Threads: safe, same bytes for any thread count.
 absl::StatusOr<Registration> RegisterWithBestPairing(const mesh::SpaceTimeMesh& source,

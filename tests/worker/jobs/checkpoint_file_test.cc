@@ -6,6 +6,7 @@
 namespace liquidblend::jobs {
 namespace {
 
+using registration::CompetitionState;
 using registration::IterationState;
 using registration::RegistrationState;
 using registration::SharpenState;
@@ -41,6 +42,17 @@ SharpenState SecondRound() {
   found.automatic = true;
   found.confidence = 0.9;
   state.seconds = 4.5;
+  return state;
+}
+
+CompetitionState SecondPairing() {
+  CompetitionState state;
+  state.tried = {{"the pairs of features of least cost", 3.5, false}};
+  state.best = ThirdIteration();
+  state.best.last.iteration = 16;
+  state.next = ThirdIteration();
+  state.next->maps.resize(3);
+  state.next->worst = {1, 2};
   return state;
 }
 
@@ -83,16 +95,51 @@ TEST(CheckpointFile, GivesBackTheStateBetweenRoundsOfFinerNodes) {
   EXPECT_EQ(Bytes(after), Bytes(before));
 }
 
+TEST(CheckpointFile, GivesBackTheStateOfOtherPairings) {
+  CompetitionState before = SecondPairing();
+  for (const bool has_begun : {true, false}) {
+    if (!has_begun) before.next.reset();
+    const auto read = Read(Bytes(before));
+    ASSERT_THAT(read, Succeeds());
+    const CompetitionState& after = std::get<CompetitionState>(read->state);
+    ASSERT_EQ(after.tried.size(), 1u);
+    EXPECT_EQ(after.tried[0].pairing, before.tried[0].pairing);
+    EXPECT_EQ(after.tried[0].cost, 3.5);
+    EXPECT_EQ(after.best.last.iteration, 16);
+    EXPECT_EQ(after.best.last.num_samples, 100);
+    EXPECT_EQ(after.best.maps, before.best.maps);
+    EXPECT_EQ(after.best.seconds, 8.25);
+    ASSERT_EQ(after.next.has_value(), has_begun);
+    if (has_begun) {
+      EXPECT_EQ(after.next->last.iteration, 3);
+      EXPECT_EQ(after.next->maps.size(), 3u);
+      EXPECT_EQ(after.next->worst, before.next->worst);
+    }
+    EXPECT_EQ(Bytes(after), Bytes(before));
+  }
+}
+
+// Files of before have the same bytes; programs of before refuse others by their version.
+TEST(CheckpointFile, OnlyOneOfOtherPairingsHasTheNewVersion) {
+  constexpr size_t kVersionAt = 16;
+  EXPECT_EQ(Bytes(ThirdIteration())[kVersionAt], 1);
+  EXPECT_EQ(Bytes(SecondRound())[kVersionAt], 1);
+  EXPECT_EQ(Bytes(SecondPairing())[kVersionAt], 2);
+}
+
 TEST(CheckpointFile, NoTwoHaveTheSameBytes) {
   EXPECT_NE(Bytes(ThirdIteration(), 1), Bytes(ThirdIteration(), 2));
 }
 
 TEST(CheckpointFile, AnyChangedByteIsNoticed) {
-  const std::string whole = Bytes(ThirdIteration());
-  for (size_t k = 0; k < whole.size(); ++k) {
-    std::string changed = whole;
-    changed[k] = static_cast<char>(changed[k] ^ 0x10);
-    EXPECT_FALSE(Read(changed).ok()) << "byte " << k;
+  for (const RegistrationState& state :
+       {RegistrationState(ThirdIteration()), RegistrationState(SecondPairing())}) {
+    const std::string whole = Bytes(state);
+    for (size_t k = 0; k < whole.size(); ++k) {
+      std::string changed = whole;
+      changed[k] = static_cast<char>(changed[k] ^ 0x10);
+      EXPECT_FALSE(Read(changed).ok()) << "byte " << k;
+    }
   }
 }
 
@@ -118,6 +165,18 @@ TEST(CheckpointFile, NamesWhatContradictsItself) {
                     ->clear_target();
               }),
               Fails(Code::kInvalidArgument, "four numbers"));
+  EXPECT_THAT(changed([](Manifest& manifest) { manifest.mutable_competition(); }),
+              Fails(Code::kInvalidArgument, "has other pairings, in version 1"));
+  const auto changed_pairing = [](const std::function<void(Manifest&)>& change) {
+    return Read(store::WithManifest<Manifest>(Bytes(SecondPairing()), change));
+  };
+  EXPECT_THAT(changed_pairing([](Manifest& manifest) { manifest.clear_competition(); }),
+              Fails(Code::kInvalidArgument, "has no other pairings, in version 2"));
+  EXPECT_THAT(changed_pairing([](Manifest& manifest) { manifest.mutable_finer_nodes(); }),
+              Fails(Code::kInvalidArgument, "has finer nodes and other pairings"));
+  EXPECT_THAT(
+      changed_pairing([](Manifest& manifest) { manifest.mutable_sections()->RemoveLast(); }),
+      Fails(Code::kInvalidArgument, "6 sections instead of 7"));
   EXPECT_THAT(Read("no checkpoint at all"), Fails(Code::kInvalidArgument, "c.lbckp"));
 }
 

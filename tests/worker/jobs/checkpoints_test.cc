@@ -7,12 +7,14 @@
 #include "absl/synchronization/notification.h"
 #include "core/base/log.h"
 #include "core/store/blobs/mapped_file.h"
+#include "tests/synthetic/implicit.h"
 #include "tests/worker/jobs/jobs_testing.h"
 #include "worker/jobs/checkpoint_file.h"
 
 namespace liquidblend::jobs {
 namespace {
 
+using registration::CompetitionState;
 using registration::IterationState;
 using registration::RegistrationState;
 using registration::SharpenState;
@@ -116,6 +118,25 @@ TEST_F(CheckpointsTest, TheLastIterationAndFinerNodesNeedNotWaitForMore) {
   const std::string first = Recorded();
   checkpoints.Offer(SharpenState());
   Await([&] { return Recorded() != first; });
+}
+
+TEST_F(CheckpointsTest, OtherPairingsNeedNotWaitForMoreEither) {
+  Checkpoints checkpoints(*catalog_, blobs_, Take(), AtOnce(100));
+  ASSERT_THAT(checkpoints.Begin("print"), Succeeds());
+  CompetitionState state;
+  state.next = After(3);
+  checkpoints.Offer(state);
+  checkpoints.Flush();
+  EXPECT_THAT(checkpoints.DescribeSaved(), HasSubstr("after iteration 3 of pairing 2;"));
+  for (const int iteration : {kNumIterations, 0}) {
+    const std::string before = Recorded();
+    state.next = After(iteration);
+    if (iteration == 0) state.next.reset();
+    state.num_others += iteration == 0;
+    checkpoints.Offer(state);
+    Await([&] { return Recorded() != before; });
+  }
+  Await([&] { return checkpoints.DescribeSaved().find("after pairing 2;") != std::string::npos; });
 }
 
 TEST_F(CheckpointsTest, FlushSavesWhatIsNotDue) {
@@ -396,6 +417,58 @@ TEST_F(ResumedJobTest, ChildrenGoOnByThemselves) {
   };
   ASSERT_THAT(Work(), Succeeds());
   EXPECT_GE(resumed, 3);
+  EXPECT_EQ(LongBlob(), expected);
+}
+
+// Where one animation has a drop more, no pairing gives a good registration, so that all are tried.
+TEST_F(ResumedJobTest, AWorkerThatIsStoppedWhileOtherPairingsAreTriedLeavesOneBehind) {
+  ASSERT_THAT(Work(), Succeeds());
+  const auto import = [&](const std::string& id, const std::vector<double>& drops_x_m) {
+    synthetic::FallingDropsOptions options;
+    for (const double x : drops_x_m) options.drops.push_back({.centre_m = {x, 0, 0.8}});
+    options.pool_half_width_m = {1.2, 0.4};
+    options.num_frames = 4;
+    SubmitImport(id, ingest::Files(synthetic::FallingDrops(options), ingest::Format::kPly));
+  };
+  import("one drop", {0.5});
+  import("two drops", {0.6, -0.6});
+  ASSERT_THAT(Work(), Succeeds());
+  const auto submit = [&] {
+    return SubmitRegistration("long", "one drop", {"two drops"}, [](auto& registration) {
+      registration.mutable_options()->set_max_iterations(kManyIterations);
+      registration.mutable_options()->set_sample_share(0.1);
+    });
+  };
+  submit();
+  ASSERT_THAT(Work(), Succeeds());
+  const std::string expected = LongBlob();
+  ASSERT_EQ(catalog_->GetFamily("long")->manifest().reports(0).hypotheses_size(), 2);
+
+  const std::string job = submit();
+  CheckpointOptions never;  // but when it is asked to stop
+  never.interval = absl::Hours(1);
+  never.patience = absl::Seconds(10);
+  WorkUntil([&] { return Job(job).progress().stage() == "projection"; }, never);
+  // Two workers are stopped in the next pairing.
+  int iteration = 0;
+  for (int n = 0; n < 2; ++n) {
+    WorkUntil(
+        [&] {
+          const int now = Job(job).progress().iteration();
+          return now >= iteration + 2 && now < kManyIterations;
+        },
+        never);
+    ASSERT_EQ(Job(job).state(), JobRecord::QUEUED) << "enough iterations to be in mid-work";
+    EXPECT_EQ(Job(job).handed_back_in_vain(), 0);
+    const auto left = ReadCheckpoint(**blobs_.Open(Job(job).checkpoint_blob()), "checkpoint");
+    ASSERT_THAT(left, Succeeds());
+    const auto* const state = std::get_if<CompetitionState>(&left->state);
+    ASSERT_TRUE(state != nullptr && state->next);
+    EXPECT_GE(state->next->last.iteration, iteration + 2);
+    iteration = state->next->last.iteration;
+  }
+  ASSERT_THAT(Work(), Succeeds());
+  EXPECT_EQ(Job(job).progress().resumed_iteration(), iteration);
   EXPECT_EQ(LongBlob(), expected);
 }
 

@@ -64,8 +64,10 @@ absl::StatusOr<IterationReport> Resume(const RegistrationState& state, int num_i
                                        Matcher& matcher, std::vector<NodeMap>& maps) {
   const auto* const iterations = std::get_if<IterationState>(&state);
   if (iterations == nullptr) {
-    return absl::FailedPreconditionError(
-        "the state to go on from is one of finer nodes, and these meshes are registered at once");
+    const bool is_of_finer_nodes = std::holds_alternative<SharpenState>(state);
+    return absl::FailedPreconditionError(absl::StrCat(
+        "the state to go on from is one of ", is_of_finer_nodes ? "finer nodes" : "other pairings",
+        ", and these meshes are registered at once"));
   }
   LB_RETURN_IF_ERROR(CheckIterationState(*iterations, num_iterations, maps.size()));
   LB_RETURN_IF_ERROR(matcher.Resume(iterations->draws, iterations->worst));
@@ -90,10 +92,9 @@ absl::Status CheckResumable(const SharpenState& state, int64_t num_vertices) {
 }
 
 absl::Time StartOf(const RegistrationState* resumed) {
-  const double seconds =
-      resumed == nullptr ? 0.0
-                         : std::visit([](const auto& state) { return state.seconds; }, *resumed);
-  return absl::Now() - absl::Seconds(seconds);
+  const auto* const iterations =
+      resumed == nullptr ? nullptr : std::get_if<IterationState>(resumed);
+  return absl::Now() - absl::Seconds(iterations == nullptr ? 0.0 : iterations->seconds);
 }
 
 }  // namespace liquidblend::registration

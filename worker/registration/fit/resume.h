@@ -23,7 +23,7 @@ absl::StatusOr<IterationReport> Resume(const RegistrationState& state, int num_i
 // Errors: kFailedPrecondition if it is not a state of the fine source.
 absl::Status CheckResumable(const SharpenState& state, int64_t num_vertices);
 
-// The time at which the work would have begun without an interruption.
+// The time at which the iterations would have begun without an interruption.
 absl::Time StartOf(const RegistrationState* resumed);
 
 }  // namespace liquidblend::registration

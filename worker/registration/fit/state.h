@@ -5,6 +5,7 @@
 #include <array>
 #include <cstdint>
 #include <functional>
+#include <optional>
 #include <variant>
 #include <vector>
 
@@ -49,7 +50,17 @@ struct SharpenState {
   double seconds = 0.0;  // worked since the coarse registration
 };
 
-using RegistrationState = std::variant<IterationState, SharpenState>;
+// State while other pairings compete with the first one (compete.h): after a pairing, or after an
+// iteration of the next one. Pairings that are done are not registered again; the best one's
+// displacement follows from its last iteration.
+struct CompetitionState {
+  std::vector<mesh::Hypothesis> tried;  // as far as they could be registered; none is kept yet
+  int num_others = 0;                   // pairings beside the first one that were tried
+  IterationState best;                  // of the best one so far, after its last iteration
+  std::optional<IterationState> next;   // of the one after those tried; nothing: it has not begun
+};
+
+using RegistrationState = std::variant<IterationState, SharpenState, CompetitionState>;
 
 // Called after each iteration; returning false cancels (kCancelled).
 using ProgressCallback = std::function<bool(const IterationReport&)>;
@@ -57,8 +68,8 @@ using ProgressCallback = std::function<bool(const IterationReport&)>;
 // Hooks of a registration: saving and restoring of its state.
 struct RegistrationHooks {
   ProgressCallback progress = {};
-  // Called after each iteration (before `progress`) and each round of finer nodes. Cost: a copy of
-  // the state.
+  // Called after each iteration (before `progress`), each round of finer nodes, and each pairing
+  // that competes. Cost: a copy of the state.
   std::function<void(RegistrationState)> keep = {};
   // The state to resume, of the same call with the same arguments. Null: from the beginning.
   // Errors: kFailedPrecondition if it is not.
