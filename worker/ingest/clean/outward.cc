@@ -15,8 +15,8 @@ using Eigen::Vector3d;
 
 // Volumes below this share of the sum of their terms may be due to rounding.
 constexpr double kRounding = 1e-9;
-// The most comparisons of a triangle with rays, on average. In splashes with thousands of bubbles
-// there are tens.
+// The most comparisons of a triangle with rays, on average. Foam of a hundred thousand bubbles
+// takes tens.
 constexpr int64_t kMostComparisons = 1000;
 
 // Places of a part at which the other parts' winding number is looked up. Parts that cross each
@@ -132,12 +132,61 @@ int WindingBy(const mesh::TriangleMesh& mesh, int32_t t, const Vector3d& from) {
   return c > 0 ? 1 : -1;
 }
 
+// Rays in strips along y, as many in a strip as there are strips, and within a strip in order of y.
+class RayStrips {
+ public:
+  explicit RayStrips(std::vector<Ray> rays) {
+    const auto by_z = [](const Ray& a, const Ray& b) { return a.from.z() < b.from.z(); };
+    const auto by_y = [](const Ray& a, const Ray& b) { return a.from.y() < b.from.y(); };
+    std::sort(rays.begin(), rays.end(), by_z);
+    const auto size = static_cast<size_t>(std::ceil(std::sqrt(static_cast<double>(rays.size()))));
+    for (size_t begin = 0; begin < rays.size(); begin += size) {
+      const size_t end = std::min(begin + size, rays.size());
+      Strip& strip = strips_.emplace_back();
+      strip.low_z = rays[begin].from.z();
+      strip.high_z = rays[end - 1].from.z();
+      strip.rays.assign(rays.begin() + begin, rays.begin() + end);
+      std::sort(strip.rays.begin(), strip.rays.end(), by_y);
+    }
+  }
+
+  // Calls `visit` with the rays that begin between these y and z, and with some at other z, until
+  // it returns false.
+  template <typename Visit>
+  bool VisitBetween(const Vector3d& low, const Vector3d& high, const Visit& visit) {
+    auto strip =
+        std::lower_bound(strips_.begin(), strips_.end(), low.z(),
+                         [](const Strip& candidate, double z) { return candidate.high_z < z; });
+    for (; strip != strips_.end() && strip->low_z <= high.z(); ++strip) {
+      auto ray = std::lower_bound(strip->rays.begin(), strip->rays.end(), low.y(),
+                                  [](const Ray& a, double y) { return a.from.y() < y; });
+      for (; ray != strip->rays.end() && ray->from.y() <= high.y(); ++ray) {
+        if (!visit(*ray)) return false;
+      }
+    }
+    return true;
+  }
+
+  // All rays.
+  template <typename Visit>
+  void VisitAll(const Visit& visit) const {
+    for (const Strip& strip : strips_) {
+      for (const Ray& ray : strip.rays) visit(ray);
+    }
+  }
+
+ private:
+  struct Strip {
+    double low_z = 0.0, high_z = 0.0;
+    std::vector<Ray> rays;
+  };
+  std::vector<Strip> strips_;  // in order of z
+};
+
 // Sets the winding numbers at the begins of rays.
 // Errors: kInvalidArgument if triangles have more than kMostComparisons rays beside them.
 absl::Status FindWindings(const mesh::TriangleMesh& mesh, const PartsOfFrame& found,
-                          std::vector<Ray>& rays) {
-  std::sort(rays.begin(), rays.end(),
-            [](const Ray& a, const Ray& b) { return a.from.y() < b.from.y(); });
+                          RayStrips& rays) {
   int64_t num_left = kMostComparisons * mesh.num_triangles();
   for (int32_t t = 0; t < mesh.num_triangles(); ++t) {
     const auto corners = mesh.triangles.col(t);
@@ -145,18 +194,14 @@ absl::Status FindWindings(const mesh::TriangleMesh& mesh, const PartsOfFrame& fo
     for (int k = 0; k < 3; ++k) positions.col(k) = mesh.vertices.col(corners[k]);
     const Vector3d low = positions.rowwise().minCoeff().cast<double>(),
                    high = positions.rowwise().maxCoeff().cast<double>();
-    auto ray = std::lower_bound(rays.begin(), rays.end(), low.y(),
-                                [](const Ray& a, double y) { return a.from.y() < y; });
-    for (; ray != rays.end() && ray->from.y() <= high.y(); ++ray) {
-      if (--num_left < 0) {
-        return absl::InvalidArgumentError(
-            absl::StrCat(rays.size() / kNumPlaces,
-                         " parts lie beside one another all over, and some seem to be inside out"));
-      }
-      const Vector3d& from = ray->from;
-      if (from.z() < low.z() || from.z() > high.z() || from.x() > high.x()) continue;
-      if (found.part_of[corners[0]] == ray->part) continue;
-      ray->winding += WindingBy(mesh, t, from);
+    const auto add = [&](Ray& ray) {
+      const bool is_other = found.part_of[corners[0]] != ray.part;
+      if (is_other && ray.from.x() < high.x()) ray.winding += WindingBy(mesh, t, ray.from);
+      return --num_left >= 0;
+    };
+    if (!rays.VisitBetween(low, high, add)) {
+      return absl::InvalidArgumentError(
+          "thousands of parts lie beside one another all over, and some seem to be inside out");
     }
   }
   return absl::OkStatus();
@@ -165,12 +210,12 @@ absl::Status FindWindings(const mesh::TriangleMesh& mesh, const PartsOfFrame& fo
 // Finds what is inside out of the parts with this facing. Returns whether there is any.
 absl::StatusOr<bool> FindInsideOut(const mesh::TriangleMesh& mesh, int facing,
                                    PartsOfFrame& found) {
-  std::vector<Ray> rays = RaysFromParts(mesh, found, facing);
+  RayStrips rays(RaysFromParts(mesh, found, facing));
   LB_RETURN_IF_ERROR(FindWindings(mesh, found, rays));
-  for (const Ray& ray : rays) {
+  rays.VisitAll([&](const Ray& ray) {
     const bool is_at_liquid = std::max(ray.winding, ray.winding + facing) > 0;
     found.parts[ray.part].num_at_liquid += is_at_liquid;
-  }
+  });
   return std::any_of(found.parts.begin(), found.parts.end(), [&](const SurfacePart& part) {
     return part.facing == facing && part.IsInsideOut();
   });
