@@ -139,21 +139,27 @@ class PooledApi final : public Api {
     LB_RETURN_IF_ERROR(ReadRequest(*call, request));
     const auto watch = std::make_shared<OperationWatch>(backends_, request.name(), call->is_wanted);
     watch->AwaitDone(DeadlineOf(request), [call](const absl::StatusOr<SeenOperationPtr>& seen) {
-      Deliver([&] {
-        if (!seen.ok()) return call->done(seen.status());
-        call->done(std::make_unique<lro::Operation>((*seen)->operation));
+      Tell(*call, [&]() -> absl::StatusOr<MessagePtr> {
+        LB_RETURN_IF_ERROR(seen.status());
+        return std::make_unique<lro::Operation>((*seen)->operation);
       });
     });
     return absl::OkStatus();
+  }
+
+  // Ends a call with the message that make() returns, or with its error.
+  template <typename Make>
+  static void Tell(OpenCall& call, const Make& make) {
+    Deliver([&] { call.done(Guarded(make)); });
   }
 
   // The end of a call whose method has an answer of this type.
   template <typename Response>
   static auto DoneOf(const std::shared_ptr<OpenCall>& call) {
     return [call](absl::StatusOr<Response> response) {
-      Deliver([&] {
-        if (!response.ok()) return call->done(response.status());
-        call->done(std::make_unique<Response>(*std::move(response)));
+      Tell(*call, [&]() -> absl::StatusOr<MessagePtr> {
+        LB_RETURN_IF_ERROR(response.status());
+        return std::make_unique<Response>(*std::move(response));
       });
     };
   }

@@ -1,9 +1,12 @@
 // A connection of HTTP/1.1. Only for port.cc.
 #pragma once
 
+#include <sys/socket.h>
+
 #include <cstdint>
 #include <limits>
 #include <memory>
+#include <new>
 #include <optional>
 #include <string>
 #include <utility>
@@ -93,11 +96,22 @@ class HttpSession final : public Connection, public std::enable_shared_from_this
     if (websocket::is_upgrade(message) && core_->router.IsStream(request)) return Upgrade(request);
     stream_.expires_never();
     exchange_ = core_->router.Answer(request, [self = shared_from_this()](Response response) {
-      asio::post(self->stream_.get_executor(), [self, response = std::move(response)]() mutable {
-        self->WriteOrClose(std::move(response));
-      });
+      self->Take(std::move(response));
     });
     exchange_->body == nullptr ? WatchClient() : Attempt([this] { BeginBody(); });
+  }
+
+  // Takes an answer, on any thread. If there is no memory for that, the connection ends: its next
+  // read sees the end of the socket, which only its own thread may close.
+  void Take(Response response) {
+    try {
+      asio::post(stream_.get_executor(),
+                 [self = shared_from_this(), response = std::move(response)]() mutable {
+                   self->WriteOrClose(std::move(response));
+                 });
+    } catch (const std::bad_alloc&) {
+      shutdown(stream_.socket().native_handle(), SHUT_RDWR);
+    }
   }
 
   void BeginBody() {

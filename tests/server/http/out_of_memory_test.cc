@@ -1,6 +1,8 @@
 // Wherever memory runs out for an answer, its client hears of it and the server goes on.
+#include <functional>
 #include <string>
 
+#include "absl/synchronization/notification.h"
 #include "server/http/exchange/replies.h"
 #include "server/http/router.h"
 #include "tests/failing_new.h"
@@ -15,6 +17,14 @@ using testing_memory::FailingOnce;
 
 class OutOfMemoryTest : public PortTest {
  protected:
+  OutOfMemoryTest() : PortTest(OneIoThread()) {}
+
+  static server::BackendsOptions OneIoThread() {
+    server::BackendsOptions options = Options();
+    options.num_io_threads = 1;
+    return options;
+  }
+
   // With a body that is never sent.
   static Request Registration() {
     Request request;
@@ -25,6 +35,18 @@ class OutOfMemoryTest : public PortTest {
     request.peer = "127.0.0.1:50000";
     request.has_body = true;
     return request;
+  }
+
+  // Runs work on the thread that waits for the catalog, of which there is one.
+  void RunOnIo(std::function<void()> work) {
+    absl::Notification done;
+    ASSERT_TRUE(backends_.io
+                    .Post([&] {
+                      work();
+                      done.Notify();
+                    })
+                    .ok());
+    done.WaitForNotification();
   }
 };
 
@@ -77,6 +99,28 @@ TEST_F(OutOfMemoryTest, NoClientWaitsForAnAnswerThatCannotBeWritten) {
   }
   EXPECT_FALSE(has_failed) << "not every place was tried";
   EXPECT_GE(num_failures, 2);
+}
+
+// Of all that the thread does which answers the call: the last thing is to hand the answer over.
+TEST_F(OutOfMemoryTest, NoClientWaitsForAnAnswerThatCannotBeHandedOver) {
+  LB_SKIP_UNLESS_ALLOCATIONS_MAY_FAIL();
+  bool has_failed = true;
+  int num_lost = 0;
+  for (int n = 0; has_failed; ++n) {
+    ASSERT_LT(n, 2000);
+    HttpClient client(port_->port());
+    RunOnIo([n] { testing_memory::num_before_own_failure = n; });
+    ASSERT_TRUE(client.Send("GET /v1/families HTTP/1.1\r\nHost: localhost\r\n\r\n"));
+    const int code = client.ReadCode();
+    RunOnIo([&has_failed] {
+      has_failed = testing_memory::num_before_own_failure < 0;
+      testing_memory::num_before_own_failure = -1;
+    });
+    num_lost += code == 0;
+    EXPECT_TRUE(code != 0 || client.IsClosed()) << n;
+    EXPECT_TRUE(has_failed || code == 200) << n << ": " << code;
+  }
+  EXPECT_GE(num_lost, 1) << "not every place was tried";
 }
 
 // It is told of by a destructor.
