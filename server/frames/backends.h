@@ -23,7 +23,7 @@
 #include "server/frames/frame_maker.h"
 #include "server/frames/frame_pool.h"
 #include "server/frames/open_files.h"
-#include "server/frames/unread_frames.h"
+#include "server/frames/unread_answers.h"
 #include "server/metrics/metrics.h"
 
 namespace liquidblend::server {
@@ -58,7 +58,7 @@ struct BackendsOptions {
   int max_waiting_calls = 1000;                    // >= 1; for an io thread; more are refused
   FrameQueueOptions queue;                         // of frames to be made
   int64_t frame_cache_bytes = int64_t{256} << 20;  // >= 0
-  UnreadFramesOptions unread;                      // frames on their way to clients
+  UnreadAnswersOptions unread;                     // frames on their way to clients
   // Tracer of calls; null: they are not traced.
   std::shared_ptr<const trace::Tracer> tracer;
 };
@@ -85,7 +85,7 @@ struct Backends {
   const std::shared_ptr<liquidblend::catalog::Preloader> preloader;
   const std::function<absl::StatusOr<absl::Time>()> certificate_expiry;
   FrameCache frame_cache;
-  UnreadFrames unread;
+  UnreadAnswers unread;
   FrameBufferPool buffers;
   metrics::Metrics metrics;
   CallLog call_log;

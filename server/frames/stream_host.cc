@@ -36,9 +36,9 @@ class BackendsHost final : public StreamHost {
   void Leave(const Ticket& ticket) override {
     backends_.maker.Leave(std::static_pointer_cast<FrameMaker::Waiter>(ticket));
   }
-  absl::StatusOr<FramePtr> Hold(const std::string& client, FramePtr frame,
-                                std::weak_ptr<UnreadFrames::Reader> reader) override {
-    return backends_.unread.Hold(client, std::move(frame), std::move(reader), Now());
+  absl::StatusOr<FramePtr> Hold(FramePtr frame,
+                                const std::shared_ptr<UnreadAnswers::Reader>& reader) override {
+    return backends_.unread.Hold(std::move(frame), reader, Now());
   }
   int64_t max_stream_bytes() const override { return backends_.limits.max_stream_bytes; }
   void CountDroppedFrames(const std::string& family, int64_t count) override {

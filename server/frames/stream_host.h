@@ -41,9 +41,9 @@ class StreamHost {
   virtual Ticket Make(FrameOrder order, FrameMaker::Done done) = 0;
   virtual void Leave(const Ticket& ticket) = 0;
 
-  // Takes memory for a frame that is sent; see UnreadFrames::Hold().
-  virtual absl::StatusOr<FramePtr> Hold(const std::string& client, FramePtr frame,
-                                        std::weak_ptr<UnreadFrames::Reader> reader) = 0;
+  // Takes memory for a frame that is sent; see UnreadAnswers::Hold().
+  virtual absl::StatusOr<FramePtr> Hold(FramePtr frame,
+                                        const std::shared_ptr<UnreadAnswers::Reader>& reader) = 0;
 
   virtual int64_t max_stream_bytes() const = 0;  // Limits::max_stream_bytes
   // Counts frames that the stream has skipped.

@@ -221,7 +221,9 @@ void StreamSession::DropOrder() {
 }
 
 absl::Status StreamSession::SendOrder(absl::Duration now) {
-  LB_ASSIGN_OR_RETURN(FramePtr frame, host_->Hold(client_, std::move(order_->frame), sink_));
+  const std::shared_ptr<Sink> sink = sink_.lock();
+  if (sink == nullptr) return absl::CancelledError("the connection has gone");
+  LB_ASSIGN_OR_RETURN(FramePtr frame, host_->Hold(std::move(order_->frame), sink));
   last_bytes_ = static_cast<int64_t>(frame->size());
   StreamedFrame streamed = stream_.Sent(order_->query, std::move(frame));
   streamed.num_requests = num_shown_;
@@ -237,7 +239,7 @@ absl::Status StreamSession::SendOrder(absl::Duration now) {
   num_skipped_ = stream_.num_skipped();
   is_writing_ = true;
   write_began_ = now;
-  if (const std::shared_ptr<Sink> sink = sink_.lock()) sink->Send(streamed);
+  sink->Send(streamed);
   WantStep();  // the next frame's
   return absl::OkStatus();
 }

@@ -24,7 +24,7 @@ namespace liquidblend::server {
 class StreamSession : public std::enable_shared_from_this<StreamSession> {
  public:
   // Connection to the client. Calls come one at a time, none after End(); but GiveUp() at any time.
-  class Sink : public UnreadFrames::Reader {
+  class Sink : public UnreadAnswers::Reader {
    public:
     // Sends a frame. OnWritten() follows when the connection has taken it; no other frame is sent
     // before.

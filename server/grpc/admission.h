@@ -19,7 +19,7 @@
 #include "server/access/call_log.h"
 #include "server/access/principal.h"
 #include "server/api/methods.h"
-#include "server/frames/unread_frames.h"
+#include "server/frames/unread_answers.h"
 
 namespace liquidblend::server {
 
@@ -28,7 +28,7 @@ class OpenCalls;
 
 // One call, from its access check to its end.  Threads: safe, but for Read() and set_resource(),
 // which belong before End().
-class Admission : public UnreadFrames::Reader {
+class Admission : public UnreadAnswers::Reader {
  public:
   ~Admission() override;
 
@@ -44,6 +44,7 @@ class Admission : public UnreadFrames::Reader {
   // Sets the resource of the call, for errors and the log: animations/{id} and the like.
   void set_resource(std::string resource) { resource_ = std::move(resource); }
 
+  std::string account() const override { return caller_.principal.key; }
   // Cancels the call.  Requires: the call's reactor calls OnDone().
   void GiveUp() override ABSL_LOCKS_EXCLUDED(mutex_);
   // Waits for a GiveUp() of another thread, and leaves later ones without effect. To be called in

@@ -9,7 +9,7 @@
 #include "server/base/work_pool.h"
 #include "server/frames/get_frame.h"
 #include "server/grpc/admission.h"
-#include "server/grpc/byte_buffers.h"
+#include "server/grpc/held_answer.h"
 #include "server/grpc/streaming.h"
 
 namespace liquidblend::server {
@@ -44,16 +44,15 @@ class FrameReactor final : public grpc::ServerUnaryReactor {
     call_ = FrameCall::Start(
         backends, request, admission_->caller().client,
         [this, &backends, response](const absl::StatusOr<AnsweredFrame>& made) {
-          End(made.ok() ? Answer(backends, made->bytes, response) : made.status());
+          End(made.ok() ? Guarded([&] { return Answer(backends, made->bytes, response); })
+                        : made.status());
         },
         admission_->caller().span);
     return absl::OkStatus();
   }
 
   absl::Status Answer(Backends& backends, const FramePtr& frame, grpc::ByteBuffer* response) {
-    LB_ASSIGN_OR_RETURN(const FramePtr held, backends.unread.Hold(admission_->caller().client,
-                                                                  frame, admission_, SteadyNow()));
-    *response = ToByteBuffer(held);
+    LB_ASSIGN_OR_RETURN(*response, HoldAnswer(backends, admission_, frame));
     return absl::OkStatus();
   }
 

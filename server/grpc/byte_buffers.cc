@@ -7,22 +7,16 @@
 namespace liquidblend::server {
 namespace {
 
-grpc::Slice SliceOf(const FramePtr& frame) {
-  const auto let_go = [](void* held) { delete static_cast<FramePtr*>(held); };
-  return grpc::Slice(const_cast<char*>(frame->data()), frame->size(), let_go, new FramePtr(frame));
+grpc::Slice SliceOf(const AnswerPtr& answer) {
+  const auto let_go = [](void* held) { delete static_cast<AnswerPtr*>(held); };
+  return grpc::Slice(const_cast<char*>(answer->data()), answer->size(), let_go,
+                     new AnswerPtr(answer));
 }
 
 }  // namespace
 
-grpc::ByteBuffer ToByteBuffer(std::string bytes) {
-  const auto let_go = [](void* held) { delete static_cast<std::string*>(held); };
-  const auto held = new std::string(std::move(bytes));
-  const grpc::Slice slice(held->data(), held->size(), let_go, held);
-  return grpc::ByteBuffer(&slice, 1);
-}
-
-grpc::ByteBuffer ToByteBuffer(const FramePtr& frame) {
-  const grpc::Slice slice = SliceOf(frame);
+grpc::ByteBuffer ToByteBuffer(const AnswerPtr& answer) {
+  const grpc::Slice slice = SliceOf(answer);
   return grpc::ByteBuffer(&slice, 1);
 }
 

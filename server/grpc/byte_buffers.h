@@ -9,15 +9,13 @@
 #include "absl/status/status.h"
 #include "google/protobuf/message.h"
 #include "server/base/errors.h"
-#include "server/frames/frame_cache.h"
 #include "server/frames/frame_stream.h"
+#include "server/frames/unread_answers.h"
 
 namespace liquidblend::server {
 
-grpc::ByteBuffer ToByteBuffer(std::string bytes);  // of any message
-
-// Both refer to the frame's bytes and keep them alive; nothing is copied.
-grpc::ByteBuffer ToByteBuffer(const FramePtr& frame);          // a v1::Frame
+// Both refer to the bytes and keep them alive; nothing is copied.
+grpc::ByteBuffer ToByteBuffer(const AnswerPtr& answer);        // a message
 grpc::ByteBuffer ToByteBuffer(const StreamedFrame& streamed);  // a v1::StreamFramesResponse
 
 // A request of at most max_bytes, without its unknown fields.

@@ -1,4 +1,5 @@
-// Base class of calls that stream or wait: their lifetime, and their single end.
+// Base class of calls that stream, wait or take several steps: their lifetime, and their single
+// end.
 #pragma once
 
 #include <grpcpp/grpcpp.h>
@@ -11,6 +12,7 @@
 #include "absl/synchronization/mutex.h"
 #include "server/base/guarded.h"
 #include "server/grpc/admission.h"
+#include "server/grpc/held_answer.h"
 #include "server/grpc/open_calls.h"
 
 namespace liquidblend::server {
@@ -53,6 +55,11 @@ class Call : public Reactor, public OpenCall, public std::enable_shared_from_thi
   virtual void Begin() = 0;  // the first thing that is called
 
   const Caller& caller() const { return admission_->caller(); }
+
+  // Returns the bytes of an answer, as HoldAnswer().
+  absl::StatusOr<grpc::ByteBuffer> Hold(Backends& backends, AnswerPtr bytes) {
+    return HoldAnswer(backends, admission_, std::move(bytes));
+  }
 
   // Cancels the call; any thread, at any time.
   void CancelCall() { admission_->GiveUp(); }

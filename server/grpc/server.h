@@ -24,7 +24,7 @@ struct ServerOptions {
   int max_waiting_calls = 1000;                    // >= 1; for an io thread; more are refused
   FrameQueueOptions queue;                         // frames that wait to be made; more are refused
   int64_t frame_cache_bytes = int64_t{256} << 20;  // >= 0; encoded frames
-  UnreadFramesOptions unread;
+  UnreadAnswersOptions unread;
   int max_message_bytes = 4 << 20;  // >= 64 KiB; of requests
   // >= 16 MiB; connections, and requests that have not arrived whole, of all peers together. gRPC
   // ends streams beyond it.

@@ -9,7 +9,7 @@
 #include "server/api/unary_methods.h"
 #include "server/base/errors.h"
 #include "server/base/guarded.h"
-#include "server/grpc/byte_buffers.h"
+#include "server/grpc/held_answer.h"
 #include "server/grpc/refused_call.h"
 #include "server/grpc/streaming.h"
 
@@ -49,11 +49,25 @@ struct UnaryCall {
   ByteBuffer* response;
 };
 
-// Lets the method's pool answer the call and finish the reactor, unless this fails. The request is
+class UnaryReactor final : public ServerUnaryReactor {
+ public:
+  explicit UnaryReactor(std::shared_ptr<Admission> admission) : admission_(std::move(admission)) {}
+
+  void End(const absl::Status& status) { Finish(admission_->End(status)); }
+  void OnDone() override {
+    admission_->OnDone();
+    delete this;
+  }
+
+ private:
+  const std::shared_ptr<Admission> admission_;
+};
+
+// Lets the method's pool answer the call and end the reactor, unless this fails. The request is
 // parsed there, since one of 4 MiB may take 150 MiB as a message.
 absl::Status BeginAnswer(Backends& backends, const UnaryMethod& method,
                          const std::shared_ptr<Admission>& admission, const UnaryCall& call,
-                         ServerUnaryReactor* reactor) {
+                         UnaryReactor* reactor) {
   LB_RETURN_IF_ERROR(admission->verdict());
   return (backends.*method.pool).Post([=, &backends, &method] {
     const absl::Status status = Guarded([&]() -> absl::Status {
@@ -62,10 +76,13 @@ absl::Status BeginAnswer(Backends& backends, const UnaryMethod& method,
       LB_RETURN_IF_ERROR(admission->Read(*call.request, *request));
       const Caller& caller = admission->caller();
       LB_ASSIGN_OR_RETURN(const MessagePtr response, method.handle(backends, *request, caller));
-      *call.response = ToByteBuffer(response->SerializeAsString());
+      LB_ASSIGN_OR_RETURN(
+          *call.response,
+          HoldAnswer(backends, admission,
+                     std::make_shared<const std::string>(response->SerializeAsString())));
       return absl::OkStatus();
     });
-    reactor->Finish(admission->End(status));
+    reactor->End(status);
   });
 }
 
@@ -73,11 +90,11 @@ absl::Status BeginAnswer(Backends& backends, const UnaryMethod& method,
 ServerUnaryReactor* Answer(Backends& backends, CallInterceptor& interceptor, const Method& method,
                            const UnaryCall& call) {
   const std::shared_ptr<Admission> admission = interceptor.Admit(*call.context, method);
-  ServerUnaryReactor* const reactor = call.context->DefaultReactor();
+  UnaryReactor* const reactor = std::make_unique<UnaryReactor>(admission).release();
   const absl::Status begun = Guarded([&] {
     return BeginAnswer(backends, *FindUnaryMethod(method.name), admission, call, reactor);
   });
-  if (!begun.ok()) reactor->Finish(admission->End(begun));
+  if (!begun.ok()) reactor->End(begun);
   return reactor;
 }
 

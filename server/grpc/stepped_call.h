@@ -4,9 +4,10 @@
 #include <grpcpp/grpcpp.h>
 
 #include <memory>
+#include <string>
 #include <utility>
 
-#include "server/grpc/byte_buffers.h"
+#include "server/frames/backends.h"
 #include "server/grpc/call.h"
 
 namespace liquidblend::server {
@@ -16,8 +17,12 @@ namespace liquidblend::server {
 template <typename Method>
 class SteppedCall final : public Call<grpc::ServerUnaryReactor> {
  public:
-  SteppedCall(std::shared_ptr<Admission> admission, grpc::ByteBuffer* response, Method method)
-      : Call(std::move(admission)), response_(response), method_(std::move(method)) {}
+  SteppedCall(Backends& backends, std::shared_ptr<Admission> admission, grpc::ByteBuffer* response,
+              Method method)
+      : Call(std::move(admission)),
+        backends_(backends),
+        response_(response),
+        method_(std::move(method)) {}
 
  private:
   void Begin() override {
@@ -32,19 +37,21 @@ class SteppedCall final : public Call<grpc::ServerUnaryReactor> {
 
   template <typename Response>
   void AnswerWith(const Response& response) {
-    grpc::ByteBuffer bytes = ToByteBuffer(response.SerializeAsString());
-    Answer([&] { response_->Swap(&bytes); });
+    auto bytes = Hold(backends_, std::make_shared<const std::string>(response.SerializeAsString()));
+    if (!bytes.ok()) return Close(bytes.status());
+    Answer([&] { response_->Swap(&*bytes); });
   }
 
+  Backends& backends_;
   grpc::ByteBuffer* const response_;
   Method method_;
 };
 
 template <typename Method>
-grpc::ServerUnaryReactor* StartSteppedCall(std::shared_ptr<Admission> admission,
+grpc::ServerUnaryReactor* StartSteppedCall(Backends& backends, std::shared_ptr<Admission> admission,
                                            grpc::ByteBuffer* response, Method method) {
-  return Call<grpc::ServerUnaryReactor>::Start<SteppedCall<Method>>(std::move(admission), response,
-                                                                    std::move(method));
+  return Call<grpc::ServerUnaryReactor>::Start<SteppedCall<Method>>(backends, std::move(admission),
+                                                                    response, std::move(method));
 }
 
 }  // namespace liquidblend::server

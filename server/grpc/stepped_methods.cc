@@ -13,7 +13,7 @@ grpc::ServerUnaryReactor* ImportAnimation(Backends& backends, std::shared_ptr<Ad
                                           const ImportRoots& roots,
                                           v1::ImportAnimationRequest request,
                                           grpc::ByteBuffer* response) {
-  return StartSteppedCall(std::move(admission), response,
+  return StartSteppedCall(backends, std::move(admission), response,
                           [&backends, &roots, request = std::move(request)](
                               const Caller& caller, auto is_wanted, auto done) mutable {
                             ImportAnimation(backends, roots, std::move(request), caller,
@@ -26,7 +26,7 @@ grpc::ServerUnaryReactor* MeasureCorrespondences(Backends& backends,
                                                  v1::MeasureCorrespondencesRequest request,
                                                  grpc::ByteBuffer* response) {
   return StartSteppedCall(
-      std::move(admission), response,
+      backends, std::move(admission), response,
       [&backends, request = std::move(request)](const Caller& caller, auto is_wanted, auto done) {
         MeasureCorrespondences(backends, request, caller, std::move(is_wanted), std::move(done));
       });

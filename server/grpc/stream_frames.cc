@@ -28,6 +28,7 @@ class StreamCall final : public Call<StreamReactor>, public StreamSession::Sink 
   }
 
   void OnWriteDone(bool ok) override {
+    response_.Clear();  // lets the frame go; the next one may be far away
     if (EndWrite(ok)) Attempt([this] { session_->OnWritten(); });
   }
 
@@ -37,6 +38,8 @@ class StreamCall final : public Call<StreamReactor>, public StreamSession::Sink 
   }
 
   void End(const absl::Status& status) override { Close(status); }
+
+  std::string account() const override { return caller().principal.key; }
 
   // The write under way ends without success.
   void GiveUp() override { CancelCall(); }

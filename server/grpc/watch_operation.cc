@@ -3,7 +3,6 @@
 #include <utility>
 
 #include "server/api/operation_watch.h"
-#include "server/grpc/byte_buffers.h"
 #include "server/grpc/call.h"
 #include "server/grpc/streaming.h"
 
@@ -24,6 +23,11 @@ class LookingCall : public Call<Reactor> {
   virtual void Show(const SeenOperationPtr& seen) = 0;
 
   OperationWatch& watch() { return *watch_; }
+
+  // The operation's bytes; all who wait for them share them.
+  absl::StatusOr<grpc::ByteBuffer> BytesOf(const SeenOperationPtr& seen) {
+    return this->Hold(backends_, AnswerPtr(seen, &seen->bytes));
+  }
 
   // Goes on with Show(), unless the call ends.
   OperationWatch::Done Shower() {
@@ -55,6 +59,7 @@ class WatchCall final : public LookingCall<WriteReactor> {
   using LookingCall::LookingCall;
 
   void OnWriteDone(bool ok) override {
+    bytes_.Clear();  // lets the operation go; the next change may be far away
     if (!EndWrite(ok)) return;
     if (is_done_) return Close(absl::OkStatus());
     Attempt([this] { Look(); });
@@ -65,7 +70,9 @@ class WatchCall final : public LookingCall<WriteReactor> {
 
   void Show(const SeenOperationPtr& seen) override {
     is_done_ = seen->operation.done();
-    bytes_ = ToByteBuffer(seen->bytes);
+    auto bytes = BytesOf(seen);
+    if (!bytes.ok()) return Close(bytes.status());
+    bytes_.Swap(&*bytes);
     Write([this] { StartWrite(&bytes_); });
   }
 
@@ -85,7 +92,9 @@ class WaitCall final : public LookingCall<grpc::ServerUnaryReactor> {
   void Look() override { watch().AwaitDone(deadline_, Shower()); }
 
   void Show(const SeenOperationPtr& seen) override {
-    Answer([&] { *response_ = ToByteBuffer(seen->bytes); });
+    auto bytes = BytesOf(seen);
+    if (!bytes.ok()) return Close(bytes.status());
+    Answer([&] { response_->Swap(&*bytes); });
   }
 
   const absl::Time deadline_;

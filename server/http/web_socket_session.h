@@ -73,6 +73,8 @@ class WebSocketSession final : public Connection,
     asio::post(executor_, [self = shared_from_this(), streamed] { self->Write(streamed); });
   }
 
+  std::string account() const override { return visit_.caller.principal.key; }
+
   // The write under way ends with the connection.
   void GiveUp() override {
     asio::post(executor_, [self = shared_from_this()] { self->Abort(); });

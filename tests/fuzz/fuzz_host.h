@@ -37,8 +37,8 @@ class FuzzHost final : public server::StreamHost {
   Ticket Make(server::FrameOrder order, server::FrameMaker::Done done) override;
   void Leave(const Ticket& ticket) override;
   absl::StatusOr<server::FramePtr> Hold(
-      const std::string& /*client*/, server::FramePtr frame,
-      std::weak_ptr<server::UnreadFrames::Reader> /*reader*/) override {
+      server::FramePtr frame,
+      const std::shared_ptr<server::UnreadAnswers::Reader>& /*reader*/) override {
     return frame;
   }
   int64_t max_stream_bytes() const override { return int64_t{16} << 20; }

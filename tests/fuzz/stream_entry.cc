@@ -49,6 +49,7 @@ class CheckingSink final : public server::StreamSession::Sink {
     end = status;
   }
 
+  std::string account() const override { return "client"; }
   void GiveUp() override {}
 
   bool is_writing = false;

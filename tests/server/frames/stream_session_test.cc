@@ -40,6 +40,7 @@ class TestSink : public StreamSession::Sink {
     end_ = status;
   }
 
+  std::string account() const override { return "client"; }
   void GiveUp() override {}
 
   // Waits for response n.

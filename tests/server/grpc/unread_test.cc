@@ -1,7 +1,8 @@
-// Clients that ask for frames and never read them.
+// Clients that ask for frames, or other answers, and never read them.
 #include <algorithm>
 #include <chrono>
 #include <fstream>
+#include <functional>
 #include <memory>
 #include <string>
 #include <vector>
@@ -63,10 +64,16 @@ class UnreadTest : public ServerTest {
 
   // Asks for kNumCalls frames, and reads none. Returns how many calls are refused.
   int AskAndReadNothing(Http2Client& peer) {
+    return AskAndReadNothing(peer, "GetFrame",
+                             [](int k) { return RequestOf(k).SerializeAsString(); });
+  }
+
+  int AskAndReadNothing(Http2Client& peer, const std::string& method,
+                        const std::function<std::string(int k)>& request_of) {
     for (int k = 0; k < kNumCalls; ++k) {
-      const std::string request = RequestOf(k).SerializeAsString();
-      streams_.push_back(
-          peer.Open("/liquidblend.v1.LiquidBlend/GetFrame", {{"authorization", greedy_}}));
+      const std::string request = request_of(k);
+      streams_.push_back(peer.Open(absl::StrCat("/liquidblend.v1.LiquidBlend/", method),
+                                   {{"authorization", greedy_}}));
       peer.Send(streams_.back(), MessagePrefix(static_cast<uint32_t>(request.size())) + request,
                 kPatience);
       peer.HalfClose(streams_.back());
@@ -94,6 +101,16 @@ TEST_F(UnreadTest, TakeBoundedMemoryAndNotThatOfOthers) {
   EXPECT_THAT(GetFrame(kNumCalls, frame), IsOk());
 }
 
+TEST_F(UnreadTest, AnswersThatAreNoFramesCountAsWell) {
+  v1::ReadFileRequest request;
+  request.set_name("families/splash");
+  Http2Client peer(server_->port(), Reads::kNothing);
+  EXPECT_GE(AskAndReadNothing(peer, "ReadFile", [&](int) { return request.SerializeAsString(); }),
+            kNumCalls / 2);
+  v1::Frame frame;
+  EXPECT_THAT(GetFrame(kNumCalls, frame), IsOk());
+}
+
 class ImpatientTest : public UnreadTest {
  protected:
   void SetUp() override { StartWith(absl::ZeroDuration()); }
@@ -111,6 +128,26 @@ TEST_F(ImpatientTest, EndOnceOthersNeedTheMemory) {
   } while (NumEnded(peer) < kNumCalls - kNumWithRoom / 2 &&
            std::chrono::steady_clock::now() < give_up);
   EXPECT_GE(NumEnded(peer), kNumCalls - kNumWithRoom / 2);
+}
+
+// Its client has read all that was sent, and sets no other weights for a while.
+TEST_F(ImpatientTest, LeavesAStreamThatPausesAlone) {
+  grpc::ClientContext context;
+  context.set_deadline(std::chrono::system_clock::now() + 3 * kPatience);
+  context.AddMetadata("authorization", honest_);
+  const auto stream = stub_->StreamFrames(&context);
+  v1::StreamFramesRequest request = Lossless();
+  request.mutable_encoding()->set_format(v1::Encoding::PLY);
+  request.set_credit(1);
+  ASSERT_TRUE(stream->Write(request));
+  v1::StreamFramesResponse response;
+  ASSERT_TRUE(stream->Read(&response));
+  Http2Client peer(server_->port(), Reads::kNothing);
+  AskAndReadNothing(peer);
+  v1::Frame frame;
+  EXPECT_THAT(GetFrame(kNumCalls, frame), IsOk());
+  ASSERT_TRUE(stream->Write(request));
+  EXPECT_TRUE(stream->Read(&response));
 }
 
 }  // namespace

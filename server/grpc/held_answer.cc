@@ -1,0 +1,20 @@
+#include "server/grpc/held_answer.h"
+
+#include <utility>
+
+#include "core/base/status_macros.h"
+#include "server/frames/get_frame.h"
+#include "server/grpc/byte_buffers.h"
+
+namespace liquidblend::server {
+
+absl::StatusOr<grpc::ByteBuffer> HoldAnswer(Backends& backends,
+                                            const std::shared_ptr<Admission>& admission,
+                                            AnswerPtr bytes) {
+  if (std::ssize(*bytes) <= kUncountedBytes) return ToByteBuffer(bytes);
+  LB_ASSIGN_OR_RETURN(const AnswerPtr held,
+                      backends.unread.Hold(std::move(bytes), admission, SteadyNow()));
+  return ToByteBuffer(held);
+}
+
+}  // namespace liquidblend::server
