@@ -36,6 +36,7 @@ class Admission : public UnreadAnswers::Reader {
   const absl::Status& verdict() const { return verdict_; }
   const Caller& caller() const { return caller_; }
   OpenCalls& calls() const { return calls_; }
+  bool lasts() const { return method_.span == Span::kLasts; }
 
   // Reads the request, of at most the method's size, and sets the resource that it names.
   // Errors: Parse()'s, in byte_buffers.h.

@@ -24,13 +24,14 @@ class Call : public Reactor, public OpenCall, public std::enable_shared_from_thi
  public:
   explicit Call(std::shared_ptr<Admission> admission) : admission_(std::move(admission)) {}
 
-  // Makes a call of class Derived and lets it begin. Requires: it was admitted.
+  // Makes a call of class Derived and lets it begin. A server that stops ends it if its method
+  // lasts. Requires: it was admitted.
   template <typename Derived, typename... Args>
   static Derived* Start(Args&&... args) {
     const auto call = std::make_shared<Derived>(std::forward<Args>(args)...);
     Call& base = *call;
     base.self_ = call;
-    base.admission_->calls().Add(call);
+    if (base.admission_->lasts()) base.admission_->calls().Add(call);
     base.Attempt([&] { base.Begin(); });
     return call.get();
   }
