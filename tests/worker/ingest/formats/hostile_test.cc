@@ -193,7 +193,7 @@ Bytes Int32(int32_t value) {
 
 // Far above what refusing takes, far below what the bombs would unpack to.
 #ifdef __SANITIZE_THREAD__
-constexpr int64_t kSmallMemoryBytes = int64_t{32} << 20;  // ThreadSanitizer's shadow included
+constexpr int64_t kSmallMemoryBytes = int64_t{48} << 20;  // ThreadSanitizer's shadow included
 #else
 constexpr int64_t kSmallMemoryBytes = int64_t{16} << 20;  // AddressSanitizer included
 #endif
