@@ -66,6 +66,7 @@ void LeaseKeeper::Report(const store::pb::JobProgress& progress) {
 
 absl::Status LeaseKeeper::Check() const {
   absl::MutexLock lock(&mutex_);
+  is_error_reported_ = is_error_reported_ || !state_.ok();
   return state_;
 }
 
@@ -122,13 +123,7 @@ void LeaseKeeper::Renew() {
     return End(absl::UnavailableError(control.status().message()));
   }
   absl::MutexLock lock(&mutex_);
-  if (control.ok()) {
-    renewed_ = begin;
-    if (!control->cancel_requested) return;
-    state_ = absl::CancelledError("cancelled on request");
-    has_run_out_ = false;
-    return;
-  }
+  if (control.ok()) return NoteRenewal(begin, *control);
   base::LogWarning(
       absl::StrCat("job ", job().id(), ": cannot renew the lease: ", control.status().ToString()));
   if (state_.ok() && absl::FromChrono(begin - renewed_) > options_.duration) {
@@ -136,6 +131,20 @@ void LeaseKeeper::Renew() {
                                                  "' has run out: ", control.status().message()));
     has_run_out_ = true;
   }
+}
+
+// An error that the work has seen stays: it has ended, or is about to.
+void LeaseKeeper::NoteRenewal(base::SteadyClock::time_point begin,
+                              const store::JobControl& control) {
+  renewed_ = begin;
+  if (has_run_out_ && !is_error_reported_) {
+    state_ = absl::OkStatus();
+    has_run_out_ = false;
+    base::LogInfo(absl::StrCat("job ", job().id(), ": the lease is renewed, the work goes on"));
+  }
+  if (!control.cancel_requested) return;
+  state_ = absl::CancelledError("cancelled on request");
+  has_run_out_ = false;
 }
 
 void LeaseKeeper::Release() {

@@ -51,9 +51,10 @@ class LeaseKeeper {
 
   // OK if the work may go on. Errors: kCancelled if a cancellation was requested; kAborted if the
   // lease is lost, so that results will be refused; kUnavailable if the worker stops and the job is
-  // back in the queue, if the catalog's tables are of a newer program, or once the lease has run
-  // out because the catalog could not be reached: then only the catalog knows if another worker has
-  // the job, and this one still tries to renew the lease.
+  // back in the queue, if the catalog's tables are of a newer program, or while the lease has run
+  // out because the catalog cannot be reached: then only the catalog knows if another worker has
+  // the job, and this one still tries to renew the lease. Once that succeeds, the work may go on,
+  // unless this has returned the error before: errors that were returned stay.
   absl::Status Check() const;
 
   // The same for a result that is ready: OK, too, if the lease has run out, as the catalog refuses
@@ -67,6 +68,8 @@ class LeaseKeeper {
   void Keep();
   bool IsRenewalDue() const ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
   void Renew();
+  void NoteRenewal(base::SteadyClock::time_point begin, const store::JobControl& control)
+      ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
   void Release();
   void End(const absl::Status& reason, bool is_released = false);
   bool HasEnded() const;
@@ -83,8 +86,9 @@ class LeaseKeeper {
   bool is_done_ ABSL_GUARDED_BY(mutex_) = false;    // the destructor has begun
   bool has_ended_ ABSL_GUARDED_BY(mutex_) = false;  // nothing is renewed any more
   bool is_released_ ABSL_GUARDED_BY(mutex_) = false;
-  absl::Status state_ ABSL_GUARDED_BY(mutex_);        // what Check() returns ...
-  bool has_run_out_ ABSL_GUARDED_BY(mutex_) = false;  // ... because the lease has
+  absl::Status state_ ABSL_GUARDED_BY(mutex_);                      // what Check() returns ...
+  bool has_run_out_ ABSL_GUARDED_BY(mutex_) = false;                // ... because the lease has
+  mutable bool is_error_reported_ ABSL_GUARDED_BY(mutex_) = false;  // Check() has returned one
   base::SteadyCondVar done_;
   base::SteadyClock::time_point renewed_ ABSL_GUARDED_BY(mutex_);
   std::thread thread_;

@@ -4,6 +4,7 @@
 #include <new>
 
 #include "absl/strings/str_cat.h"
+#include "core/base/steady_cond_var.h"
 #include "tests/worker/jobs/away_catalog.h"
 #include "tests/worker/jobs/jobs_testing.h"
 
@@ -126,6 +127,36 @@ TEST_F(LeaseKeeperTest, NoticesThatTheLeaseIsLost) {
   EXPECT_EQ(Job(job_id_).worker(), "two");
 }
 
+// Work that did not look meanwhile loses nothing by an outage.
+TEST_F(LeaseKeeperTest, GoesOnIfTheLeaseIsRenewedAfterAll) {
+  LeaseOptions options = options_;
+  options.duration = absl::Milliseconds(100);
+  std::atomic<bool> is_away = true;
+  std::atomic<int> num_failures = 0, num_renewals = 0;
+  AwayCatalog catalog(*catalog_);
+  catalog.before = [&](const std::string&) {
+    if (!is_away) {
+      ++num_renewals;
+      return absl::OkStatus();
+    }
+    ++num_failures;
+    return absl::UnavailableError("the database is away");
+  };
+  LeaseKeeper keeper(catalog, Take("one"), stop_, options);
+  const base::SteadyClock::time_point begin = base::SteadyClock::now();
+  Await([&] { return base::Since(begin) > options.duration; });
+  // The second renewal from here on begins after the end of the lease; the third one follows it.
+  const int num_before = num_failures;
+  Await([&] { return num_failures >= num_before + 3; });
+  is_away = false;
+  Await([&] { return num_renewals >= 2; });  // so the keeper knows of the first one
+  EXPECT_THAT(keeper.Check(), store::Succeeds());
+  // A second outage counts from that renewal.
+  is_away = true;
+  Await([&] { return !keeper.Check().ok(); });
+  EXPECT_TRUE(absl::IsUnavailable(keeper.Check()));
+}
+
 // The lease may have run out, or the catalog may only have been away: it alone knows.
 TEST_F(LeaseKeeperTest, TellsThatTheLeaseCouldNotBeRenewed) {
   LeaseOptions options = options_;
@@ -142,7 +173,7 @@ TEST_F(LeaseKeeperTest, TellsThatTheLeaseCouldNotBeRenewed) {
                                                 "' has run out: the database is away")));
   EXPECT_TRUE(keeper.CheckForPublishing().ok());
   EXPECT_FALSE(keeper.is_released());
-  // It is renewed as soon as that is possible, and the work is not to go on.
+  // It is renewed as soon as that is possible. The work has been told to end, and is to do so.
   clock_ms_ = 900;
   is_away = false;
   Await([&] { return Job(job_id_).update_time().nanos() == 900'000'000; });
