@@ -11,6 +11,7 @@ namespace liquidblend::jobs {
 namespace {
 
 constexpr double kReportedBytesPerSecond = 256 << 10;
+constexpr absl::Duration kWarnInterval = absl::Seconds(10);  // an outage may last for hours
 
 // The catalog reads the record and writes it anew at each report.
 absl::Duration ReportInterval(const store::pb::JobRecord& job, const LeaseOptions& options) {
@@ -124,8 +125,11 @@ void LeaseKeeper::Renew() {
   }
   absl::MutexLock lock(&mutex_);
   if (control.ok()) return NoteRenewal(begin, *control);
-  base::LogWarning(
-      absl::StrCat("job ", job().id(), ": cannot renew the lease: ", control.status().ToString()));
+  if (!warned_.has_value() || base::Since(*warned_) >= kWarnInterval) {
+    warned_ = base::SteadyClock::now();
+    base::LogWarning(absl::StrCat("job ", job().id(),
+                                  ": cannot renew the lease: ", control.status().ToString()));
+  }
   if (state_.ok() && absl::FromChrono(begin - renewed_) > options_.duration) {
     state_ = absl::UnavailableError(absl::StrCat("the lease of job '", job().id(),
                                                  "' has run out: ", control.status().message()));
@@ -137,6 +141,7 @@ void LeaseKeeper::Renew() {
 void LeaseKeeper::NoteRenewal(base::SteadyClock::time_point begin,
                               const store::JobControl& control) {
   renewed_ = begin;
+  warned_.reset();
   if (has_run_out_ && !is_error_reported_) {
     state_ = absl::OkStatus();
     has_run_out_ = false;

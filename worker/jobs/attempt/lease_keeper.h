@@ -91,6 +91,8 @@ class LeaseKeeper {
   mutable bool is_error_reported_ ABSL_GUARDED_BY(mutex_) = false;  // Check() has returned one
   base::SteadyCondVar done_;
   base::SteadyClock::time_point renewed_ ABSL_GUARDED_BY(mutex_);
+  // When the log was told that it cannot be renewed; nothing since the last renewal.
+  std::optional<base::SteadyClock::time_point> warned_ ABSL_GUARDED_BY(mutex_);
   std::thread thread_;
 };
 

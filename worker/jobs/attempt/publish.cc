@@ -38,9 +38,10 @@ absl::Status PublishWhileLeased(const LeaseKeeper& keeper,
                                 const PublishOptions& options) {
   const base::SteadyClock::time_point begin = base::SteadyClock::now();
   LB_RETURN_IF_ERROR(keeper.CheckForPublishing());
-  while (true) {
+  for (int num_failures = 1;; ++num_failures) {
     const absl::Status published = publish();
-    const absl::Duration pause = base::Jittered(options.pause, kJitter);
+    const absl::Duration pause = base::Jittered(
+        base::ExponentialPause(num_failures, options.first_pause, options.longest_pause), kJitter);
     if (!MayPass(published) || base::Since(begin) + pause > options.longest) {
       return published;
     }
