@@ -37,6 +37,11 @@ class AwayCatalog : public store::ForwardingCatalog {
     return ForwardingCatalog::FailJob(lease_id, error, retry);
   }
 
+  absl::Status RecordWorker(const store::pb::WorkerRecord& worker) override {
+    if (absl::Status status = before("RecordWorker"); !status.ok()) return status;
+    return ForwardingCatalog::RecordWorker(worker);
+  }
+
   std::function<absl::Status(const std::string& call)> before = [](const std::string&) {
     return absl::OkStatus();
   };

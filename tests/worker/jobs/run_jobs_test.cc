@@ -12,10 +12,12 @@
 #include <utility>
 #include <vector>
 
+#include "absl/strings/str_cat.h"
 #include "core/base/posix_file.h"
 #include "core/store/blobs/mapped_file.h"
 #include "core/store/files/files.h"
 #include "tests/allocation_testing.h"
+#include "tests/worker/jobs/away_catalog.h"
 #include "tests/worker/jobs/jobs_testing.h"
 
 namespace liquidblend::jobs {
@@ -225,6 +227,42 @@ TEST_F(RefusedTest, AWorkerThatIsRefusedCanBeStopped) {
   SubmitBall("ball", 1.0);
   blobs_.on_create = [&] { return Access(); };
   WorkUntilLetIn([&] { stop_.Request(); });
+}
+
+// S3 refuses it all the time, so it notices without a lease.
+TEST_F(RefusedTest, AWorkerThatIsRefusedEndsOnceTheTablesAreOfANewerProgram) {
+  SubmitBall("ball", 1.0);
+  blobs_.on_create = [&] { return Access(); };
+  std::atomic<bool> has_ended = false;
+  std::jthread worker([&] {
+    EXPECT_THAT(Work(), Fails(absl::StatusCode::kFailedPrecondition, "has schema version"));
+    has_ended = true;
+  });
+  Await([&] { return !Refusal().empty(); });
+  const auto db = *store::Database::Open(store::CatalogPath(folder_.path()), absl::Seconds(10));
+  ASSERT_THAT(
+      db->RunScript(absl::StrCat("PRAGMA user_version = ", store::SqliteTablesVersion() + 1)),
+      Succeeds());
+  Await([&] { return has_ended.load(); });
+  stop_.Request();
+}
+
+// It is a refusal as well, and passes.
+TEST_F(RefusedTest, AWorkerThatTheCatalogRefusesWaits) {
+  const std::string job = SubmitBall("ball", 1.0);
+  std::atomic<int> num_refused = 0;
+  AwayCatalog catalog(*catalog_);
+  catalog.before = [&](const std::string& call) {
+    const bool is_refused = (call == "LeaseJob" || call == "RecordWorker") && num_refused < 5;
+    if (is_refused) ++num_refused;
+    return is_refused ? absl::PermissionDeniedError("permission denied for table workers")
+                      : absl::OkStatus();
+  };
+  const parallel::Arena arena(1);
+  EXPECT_THAT(RunJobs(catalog, blobs_, arena, stop_, Options()), Succeeds());
+  EXPECT_EQ(num_refused, 5);
+  EXPECT_EQ(Job(job).state(), JobRecord::SUCCEEDED);
+  EXPECT_EQ(Job(job).failed_attempts_size(), 0);
 }
 
 TEST(Access, TellsPrintableAndShortReasons) {

@@ -8,6 +8,7 @@
 #include "absl/strings/str_cat.h"
 #include "core/base/log.h"
 #include "core/base/random_id.h"
+#include "core/base/retry.h"
 #include "core/base/status_macros.h"
 #include "core/base/steady_cond_var.h"
 #include "core/store/catalog/retry.h"
@@ -55,7 +56,12 @@ void Access::AwaitAfter(const absl::Status& refusal) {
   const base::SteadyClock::time_point begin = base::SteadyClock::now();
   Record(refusal);
   while (Pause()) {
-    const absl::Status probed = Probe();
+    const absl::Status recorded = catalog_.RecordWorker(worker_);
+    if (!recorded.ok() && !base::IsTransient(recorded)) {
+      return base::LogWarning(
+          absl::StrCat(worker_.name(), " waits no longer: ", recorded.ToString()));
+    }
+    const absl::Status probed = recorded.ok() ? ProbeBlobs() : recorded;
     if (probed.ok()) {
       Record(absl::OkStatus());
       return base::LogInfo(
@@ -82,16 +88,14 @@ bool Access::Pause() {
 }
 
 // Each kind of request that jobs make. What is left behind by a probe that fails is garbage.
-absl::Status Access::Probe() {
+absl::Status Access::ProbeBlobs() {
   const std::string text = absl::StrCat("probe of ", worker_.name(), " ", base::RandomHex(16));
   LB_ASSIGN_OR_RETURN(const store::BlobId probe,
                       store::PutBlob(blobs_, std::as_bytes(std::span(text.data(), text.size()))));
   LB_RETURN_IF_ERROR(blobs_.Verify(probe));
   // Jobs delete checkpoints, but can do without: a worker may have no right to delete.
-  if (const absl::Status deleted = blobs_.Delete(probe); !absl::IsPermissionDenied(deleted)) {
-    LB_RETURN_IF_ERROR(deleted);
-  }
-  return catalog_.RecordWorker(worker_);
+  const absl::Status deleted = blobs_.Delete(probe);
+  return absl::IsPermissionDenied(deleted) ? absl::OkStatus() : deleted;
 }
 
 void Access::Record(const absl::Status& refusal) {

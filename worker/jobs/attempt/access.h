@@ -32,9 +32,10 @@ class Access {
          store::pb::WorkerRecord worker, const AccessOptions& options);
 
   // Waits until a small blob can be written to the store, read from it and deleted, and the catalog
-  // takes the worker's record; or until `stop`. The log has a line at the begin and at the end, the
-  // worker's record shows it meanwhile. Pauses between probes grow, with jitter, and over
-  // consecutive refusals without a Granted() in between.
+  // takes the worker's record; or until `stop`, or an error of the catalog that is not transient,
+  // as when its tables are of a newer program: the next lease meets that, too. The log has a line
+  // at the begin and at the end, the worker's record shows it meanwhile. Pauses between probes
+  // grow, with jitter, and over consecutive refusals without a Granted() in between.
   void AwaitAfter(const absl::Status& refusal);
 
   // To be called when a job has ended without a refusal: pauses start small again.
@@ -42,7 +43,7 @@ class Access {
 
  private:
   bool Pause();
-  absl::Status Probe();
+  absl::Status ProbeBlobs();
   void Record(const absl::Status& refusal);
 
   store::Catalog& catalog_;
