@@ -68,7 +68,7 @@ class CatalogUpkeep {
   virtual ~CatalogUpkeep() = default;
 
   // The id of this catalog, random and for ever; a copy of the database has the same.
-  // Errors: kFailedPrecondition if there is none yet: the owner of its tables has not opened it.
+  // Errors: kFailedPrecondition if there is none yet: no user who may create tables has opened it.
   virtual absl::StatusOr<std::string> Id() = 0;
 
   // The published version of each family, 0 if it has none yet; shows changes by other programs.

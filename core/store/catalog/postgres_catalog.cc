@@ -114,7 +114,9 @@ constexpr char kPostgresUses[] = R"sql(
 constexpr char kPostgresId[] = R"sql(
   CREATE TABLE catalog_id (id TEXT NOT NULL);
   INSERT INTO catalog_id SELECT replace(gen_random_uuid()::text, '-', '');
+  GRANT SELECT ON catalog_id TO PUBLIC;
 )sql";
+constexpr char kGrantPostgresId[] = "GRANT SELECT ON catalog_id TO PUBLIC";
 constexpr char kPostgresIndexes[] = R"sql(
   CREATE INDEX IF NOT EXISTS jobs_queued_by_turn ON jobs (priority DESC, turn, number, memory_bytes)
     WHERE state = 1;
@@ -177,19 +179,26 @@ absl::Status AddUses(PostgresConnection& sql) {
   return num_there > 0 ? absl::OkStatus() : sql.RunScript(kPostgresUses);
 }
 
-// Adds the catalog's id if it is missing. Garbage collection alone needs it, so a user who may not
-// add it (only the owner of the tables may) is no error.
+// Adds the catalog's id if it is missing. Any user who may create tables in the schema can, and
+// then owns it, so all may read it: it is no secret. Only its owner can grant that later. Garbage
+// collection alone needs the id, so a user who may not add it is no error.
 absl::Status AddId(PostgresConnection& sql) {
-  LB_ASSIGN_OR_RETURN(int64_t num_there, CountTables(sql, " AND relname = 'catalog_id'"));
-  if (num_there > 0) return absl::OkStatus();
+  LB_ASSIGN_OR_RETURN(
+      const int64_t num_done,
+      CountTables(sql,
+                  " AND relname = 'catalog_id' AND (pg_get_userbyid(relowner) <> current_user OR "
+                  "has_table_privilege('public', oid, 'SELECT'))"));
+  if (num_done > 0) return absl::OkStatus();
   const absl::Status added = sql.Transaction([&]() -> absl::Status {
     LB_RETURN_IF_ERROR(sql.Run("SELECT pg_advisory_xact_lock($1)", {kMigrationLock}));
-    LB_ASSIGN_OR_RETURN(num_there, CountTables(sql, " AND relname = 'catalog_id'"));
-    return num_there > 0 ? absl::OkStatus() : sql.RunScript(kPostgresId);
+    LB_ASSIGN_OR_RETURN(const int64_t num_there, CountTables(sql, " AND relname = 'catalog_id'"));
+    return sql.RunScript(num_there > 0 ? kGrantPostgresId : kPostgresId);
   });
   if (!absl::IsPermissionDenied(added)) return added;
-  base::LogWarning(absl::StrCat(
-      "no garbage is collected until the owner of the tables adds its id: ", added.message()));
+  base::LogWarning(
+      absl::StrCat("no garbage is collected until a user who may create tables adds the catalog's "
+                   "id: ",
+                   added.message()));
   return absl::OkStatus();
 }
 

@@ -40,9 +40,10 @@ absl::StatusOr<std::string> FindCatalogId(Sql& sql) {
   });
   if (found.ok() && !id.empty()) return id;
   if (!found.ok() && !absl::IsInternal(found)) return found;  // without the table it is internal
-  return absl::FailedPreconditionError(absl::StrCat(
-      "database ", sql.name(),
-      " has no id: start a program of this version as the owner of its tables; ", found.message()));
+  return absl::FailedPreconditionError(
+      absl::StrCat("database ", sql.name(),
+                   " has no id: start a program of this version as a user who may create tables; ",
+                   found.message()));
 }
 
 absl::StatusOr<std::map<std::string, int64_t>> ListFamilyVersions(Sql& sql) {

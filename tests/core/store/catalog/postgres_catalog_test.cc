@@ -799,6 +799,27 @@ TEST_F(PostgresCatalogTest, WorksWithoutTheIndexesThatItMayNotAdd) {
   EXPECT_TRUE(lease.ok() && lease->has_value()) << lease.status();
 }
 
+// A worker's user may be the first who is of this version and may create tables.
+TEST_F(PostgresCatalogTest, AllMayReadAnIdThatAnotherUserHasAdded) {
+  MustOpen();
+  const std::string schema = url_.substr(url_.rfind("%3D") + 3);
+  const std::string server_url = UrlOfNewRole("server_user", schema);
+  const std::string worker_url = UrlOfNewRole("worker_user", schema);
+  Run("DROP TABLE catalog_id");
+  ASSERT_THAT(OpenPostgresCatalog(worker_url), Succeeds());
+  EXPECT_EQ(Run("SELECT relowner::regrole FROM pg_class WHERE oid = 'catalog_id'::regclass"),
+            "worker_user");
+  const auto catalog = OpenPostgresCatalog(server_url);
+  ASSERT_THAT(catalog, Succeeds());
+  EXPECT_THAT((*catalog)->Id(), Succeeds());
+  // A program of before has not granted that. Its owner does when it is started again.
+  Run("REVOKE SELECT ON catalog_id FROM PUBLIC");
+  ASSERT_THAT(OpenPostgresCatalog(server_url), Succeeds());
+  EXPECT_THAT((*catalog)->Id(), Fails(Code::kPermissionDenied, "catalog_id"));
+  ASSERT_THAT(OpenPostgresCatalog(worker_url), Succeeds());
+  EXPECT_THAT((*catalog)->Id(), Succeeds());
+}
+
 // ---- killed in the middle
 
 TEST_F(PostgresCatalogTest, HasNothingOfAChangeKilledBeforeItsCommitAndAllAfter) {
