@@ -1,6 +1,7 @@
 #include "worker/ingest/clean/outward.h"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <utility>
 #include <vector>
@@ -15,8 +16,8 @@ using Eigen::Vector3d;
 
 // Volumes below this share of the sum of their terms may be due to rounding.
 constexpr double kRounding = 1e-9;
-// The most comparisons of a triangle with rays, on average. Foam of a hundred thousand bubbles
-// takes tens.
+// The most comparisons of a triangle with rays, on average, those of searches among them. Foam of a
+// hundred thousand bubbles takes tens.
 constexpr int64_t kMostComparisons = 1000;
 
 // Places of a part at which the other parts' winding number is looked up. Parts that cross each
@@ -150,18 +151,22 @@ class RayStrips {
     }
   }
 
-  // Calls `visit` with the rays that begin between these y and z, and with some at other z, until
-  // it returns false.
+  // Calls `visit` with the rays that begin between these y and z, and with some at other z. Takes
+  // the comparisons from `num_left`; ends, and returns false, once that is below 0.
   template <typename Visit>
-  bool VisitBetween(const Vector3d& low, const Vector3d& high, const Visit& visit) {
+  bool VisitBetween(const Vector3d& low, const Vector3d& high, int64_t& num_left,
+                    const Visit& visit) {
     auto strip =
         std::lower_bound(strips_.begin(), strips_.end(), low.z(),
                          [](const Strip& candidate, double z) { return candidate.high_z < z; });
     for (; strip != strips_.end() && strip->low_z <= high.z(); ++strip) {
+      num_left -= std::bit_width(strip->rays.size());  // of the search
+      if (num_left < 0) return false;
       auto ray = std::lower_bound(strip->rays.begin(), strip->rays.end(), low.y(),
                                   [](const Ray& a, double y) { return a.from.y() < y; });
       for (; ray != strip->rays.end() && ray->from.y() <= high.y(); ++ray) {
-        if (!visit(*ray)) return false;
+        if (--num_left < 0) return false;
+        visit(*ray);
       }
     }
     return true;
@@ -184,7 +189,7 @@ class RayStrips {
 };
 
 // Sets the winding numbers at the begins of rays.
-// Errors: kInvalidArgument if triangles have more than kMostComparisons rays beside them.
+// Errors: kInvalidArgument if triangles take more than kMostComparisons.
 absl::Status FindWindings(const mesh::TriangleMesh& mesh, const PartsOfFrame& found,
                           RayStrips& rays) {
   int64_t num_left = kMostComparisons * mesh.num_triangles();
@@ -197,9 +202,8 @@ absl::Status FindWindings(const mesh::TriangleMesh& mesh, const PartsOfFrame& fo
     const auto add = [&](Ray& ray) {
       const bool is_other = found.part_of[corners[0]] != ray.part;
       if (is_other && ray.from.x() < high.x()) ray.winding += WindingBy(mesh, t, ray.from);
-      return --num_left >= 0;
     };
-    if (!rays.VisitBetween(low, high, add)) {
+    if (!rays.VisitBetween(low, high, num_left, add)) {
       return absl::InvalidArgumentError(
           "thousands of parts lie beside one another all over, and some seem to be inside out");
     }

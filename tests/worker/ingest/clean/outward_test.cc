@@ -5,6 +5,8 @@
 #include <gtest/gtest.h>
 
 #include <chrono>
+#include <cmath>
+#include <numbers>
 #include <vector>
 
 #include "tests/synthetic/shapes.h"
@@ -189,6 +191,48 @@ TEST_F(TurnPartsOutwardTest, AFileMadeToTakeLongIsRefused) {
   EXPECT_EQ(counts.status().code(), absl::StatusCode::kInvalidArgument);
   EXPECT_THAT(counts.status().message(),
               ::testing::HasSubstr("thousands of parts lie beside one another"));
+}
+
+// A spindle around z, between -1 and 1, at this y. Its rim goes up and down, so that each of its
+// triangles is as high as the whole.
+TriangleMesh TallTriangles(float y, int num_corners) {
+  TriangleMesh mesh;
+  mesh.vertices.resize(3, num_corners + 2);
+  mesh.triangles.resize(3, 2 * num_corners);
+  mesh.vertices.col(num_corners) << 0, y, -1;
+  mesh.vertices.col(num_corners + 1) << 0, y, 1;
+  for (int k = 0; k < num_corners; ++k) {
+    const double angle = 2 * std::numbers::pi * k / num_corners;
+    mesh.vertices.col(k) << static_cast<float>(std::cos(angle)),
+        y + static_cast<float>(std::sin(angle)), k % 2 == 0 ? -0.9f : 0.9f;
+    const int next = (k + 1) % num_corners;
+    mesh.triangles.col(2 * k) << next, k, num_corners;
+    mesh.triangles.col(2 * k + 1) << k, next, num_corners + 1;
+  }
+  return mesh;
+}
+
+TriangleMesh Tetrahedron(const Eigen::Vector3f& corner, float size) {
+  TriangleMesh mesh;
+  mesh.vertices.resize(3, 4);
+  mesh.vertices << Eigen::Vector3f::Zero(), size * Eigen::Matrix3f::Identity();
+  mesh.vertices.colwise() += corner;
+  mesh.triangles.resize(3, 4);
+  mesh.triangles << 0, 0, 0, 1,  //
+      2, 1, 3, 2,                //
+      1, 3, 2, 3;
+  return mesh;
+}
+
+// The searches take long, though they find nothing: all drops are at the y of no other triangle.
+TEST_F(TurnPartsOutwardTest, AFileMadeToSearchLongIsRefused) {
+  std::vector<TriangleMesh> parts = {TallTriangles(/*y=*/9, 50'000)};
+  for (int n = 0; n < 10'000; ++n) {
+    const float z = -0.8f + 0.00016f * static_cast<float>(n);
+    parts.push_back(Flipped(Tetrahedron({0, 0, z}, 0.0001f)));
+  }
+  TriangleMesh frame = synthetic::Join(parts);
+  EXPECT_EQ(TurnPartsOutward(frame).status().code(), absl::StatusCode::kInvalidArgument);
 }
 
 }  // namespace
