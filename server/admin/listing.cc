@@ -35,6 +35,12 @@ absl::StatusOr<std::optional<Listing>> ListWith(store::BlobStore& blobs,
 }  // namespace
 
 absl::StatusOr<Listing> ListWithClock(store::BlobStore& blobs) {
+  LB_ASSIGN_OR_RETURN(std::optional<Listing> listing, ListWithClockIfCurrent(blobs));
+  if (listing.has_value()) return *std::move(listing);
+  return absl::UnavailableError("a blob, just written, is not in the list of blobs");
+}
+
+absl::StatusOr<std::optional<Listing>> ListWithClockIfCurrent(store::BlobStore& blobs) {
   const std::string text = absl::StrCat("what is the time? ", base::RandomHex(16));
   LB_ASSIGN_OR_RETURN(const store::BlobId probe,
                       store::PutBlob(blobs, std::as_bytes(std::span(text.data(), text.size()))));
@@ -47,11 +53,10 @@ absl::StatusOr<Listing> ListWithClock(store::BlobStore& blobs) {
   if (!listing.ok()) return listing.status();
   if (listing->has_value()) {
     (*listing)->probe_deleted = deleted;
-    return **std::move(listing);
+  } else {
+    LB_RETURN_IF_ERROR(deleted);
   }
-  LB_RETURN_IF_ERROR(deleted);
-  return absl::UnavailableError(
-      absl::StrCat("blob ", probe, ", just written, is not in the list of blobs"));
+  return listing;
 }
 
 }  // namespace liquidblend::admin

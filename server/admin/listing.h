@@ -1,6 +1,7 @@
 // A list of the blobs of a store, with the time by the clock that wrote their times.
 #pragma once
 
+#include <optional>
 #include <vector>
 
 #include "absl/status/status.h"
@@ -21,5 +22,8 @@ struct Listing {
 // written first and deleted afterwards.  Errors: those of the store; kUnavailable if its lists do
 // not show what was just written.
 absl::StatusOr<Listing> ListWithClock(store::BlobStore& blobs);
+
+// The same; nothing if the store's lists do not show what was just written.
+absl::StatusOr<std::optional<Listing>> ListWithClockIfCurrent(store::BlobStore& blobs);
 
 }  // namespace liquidblend::admin

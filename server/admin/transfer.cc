@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <atomic>
 #include <cstdio>
+#include <functional>
 #include <map>
 #include <memory>
 #include <optional>
@@ -13,11 +14,15 @@
 #include <utility>
 #include <vector>
 
+#include "absl/base/thread_annotations.h"
 #include "absl/strings/match.h"
 #include "absl/strings/str_cat.h"
+#include "absl/synchronization/mutex.h"
 #include "absl/time/clock.h"
+#include "core/base/log.h"
 #include "core/base/posix_file.h"
 #include "core/base/status_macros.h"
+#include "core/base/steady_cond_var.h"
 #include "core/store/blobs/content_hash.h"
 #include "core/store/catalog/catalog_file.h"
 #include "core/store/catalog/job_records.h"
@@ -134,6 +139,9 @@ std::vector<store::BlobId> BlobsOf(const store::CatalogContents& contents) {
 // A blob to be copied: its ids here and there.
 using BlobPair = std::pair<store::BlobId, store::BlobId>;
 
+// Called with the id there and the size of each blob that was copied.  Threads: has to be safe.
+using OnCopied = std::function<void(const store::BlobId&, int64_t size_bytes)>;
+
 absl::Status CopyBlob(store::BlobStore& from, const BlobPair& ids, store::BlobStore& to,
                       int64_t* size_bytes) {
   LB_ASSIGN_OR_RETURN(const std::shared_ptr<const store::Blob> blob, from.Open(ids.first));
@@ -145,7 +153,7 @@ absl::Status CopyBlob(store::BlobStore& from, const BlobPair& ids, store::BlobSt
 // Copies those, several at a time; the first error in their order.
 absl::Status CopyBlobs(store::BlobStore& from, const std::vector<BlobPair>& ids,
                        store::BlobStore& to, const parallel::Arena& arena, Progress& progress,
-                       TransferReport& report) {
+                       TransferReport& report, const OnCopied& on_copied = {}) {
   std::vector<absl::Status> statuses(ids.size());
   std::vector<int64_t> sizes(ids.size(), 0);
   std::atomic<bool> has_failed = false;
@@ -154,7 +162,11 @@ absl::Status CopyBlobs(store::BlobStore& from, const std::vector<BlobPair>& ids,
       [&](int64_t k) {
         if (has_failed) return;
         statuses[k] = CopyBlob(from, ids[k], to, &sizes[k]);
-        if (!statuses[k].ok()) has_failed = true;
+        if (!statuses[k].ok()) {
+          has_failed = true;
+        } else if (on_copied) {
+          on_copied(ids[k].second, sizes[k]);
+        }
         progress.Add(sizes[k]);
       },
       /*chunk_size=*/1);
@@ -214,23 +226,63 @@ absl::StatusOr<std::string> ReadWholeFile(const std::string& path) {
   return content;
 }
 
-// Blobs of the store that need not be copied once more: by the clock of the store, which is that of
-// collections, nobody collects them soon.
-absl::StatusOr<std::map<store::BlobId, int64_t>> YoungBlobs(store::BlobStore& blobs) {
-  LB_ASSIGN_OR_RETURN(const Listing present, ListWithClock(blobs));
-  std::map<store::BlobId, int64_t> sizes;
-  for (const store::BlobInfo& blob : present.blobs) {
-    if (blob.modified > present.now - kKept) sizes[blob.id] = blob.size_bytes;
+// Blobs of a store that need not be copied once more: nobody collects them soon.
+class YoungBlobs {
+ public:
+  explicit YoungBlobs(store::BlobStore& blobs) : blobs_(blobs) {}
+
+  // Adds a blob that was just committed.  Threads: safe.
+  void Add(const store::BlobId& id, int64_t size_bytes) {
+    const absl::MutexLock lock(&mutex_);
+    found_[id] = {size_bytes, base::SteadyClock::now()};
   }
-  return sizes;
-}
+
+  // The size of a blob, if it is one of them.
+  std::optional<int64_t> SizeOf(const store::BlobId& id) const {
+    const absl::MutexLock lock(&mutex_);
+    const auto found = found_.find(id);
+    if (found == found_.end() || base::Since(found->second.committed) >= kKept) return {};
+    return found->second.size_bytes;
+  }
+
+  // Goes by a list and the clock of the store, which is that of collections. Once its lists lag,
+  // the blobs that are known stay, and no list is asked for any more.  Errors: the store's.
+  absl::Status Refresh() {
+    if (are_lists_lagging_) return absl::OkStatus();
+    LB_ASSIGN_OR_RETURN(const std::optional<Listing> present, ListWithClockIfCurrent(blobs_));
+    if (!present.has_value()) {
+      base::LogWarning("the lists of the store lag: blobs that it has are copied, too");
+      are_lists_lagging_ = true;
+      return absl::OkStatus();
+    }
+    const base::SteadyClock::time_point now = base::SteadyClock::now();
+    const absl::MutexLock lock(&mutex_);
+    found_.clear();
+    for (const store::BlobInfo& blob : present->blobs) {
+      const absl::Duration age = present->now - blob.modified;
+      if (age < kKept) found_[blob.id] = {blob.size_bytes, now - absl::ToChronoNanoseconds(age)};
+    }
+    return absl::OkStatus();
+  }
+
+ private:
+  struct Found {
+    int64_t size_bytes = 0;
+    base::SteadyClock::time_point committed;
+  };
+
+  store::BlobStore& blobs_;
+  bool are_lists_lagging_ = false;
+  mutable absl::Mutex mutex_;
+  std::map<store::BlobId, Found> found_ ABSL_GUARDED_BY(mutex_);
+};
 
 absl::StatusOr<std::vector<store::BlobId>> MissingBlobs(const std::vector<store::BlobId>& needed,
-                                                        store::BlobStore& blobs) {
-  LB_ASSIGN_OR_RETURN(const auto present, YoungBlobs(blobs));
+                                                        YoungBlobs& young) {
+  LB_RETURN_IF_ERROR(young.Refresh());
   std::vector<store::BlobId> missing;
   std::copy_if(needed.begin(), needed.end(), std::back_inserter(missing),
-               [&](const store::BlobId& id) { return !present.contains(id); });
+               [&](const store::BlobId& id) { return !young.SizeOf(id).has_value(); });
   return missing;
 }
 
@@ -252,8 +304,9 @@ absl::Status ImportBlob(tar::TarReader& archive, const store::BlobId& id, store:
 
 // Copies the archive's blobs and returns its catalog.
 absl::StatusOr<std::string> ReadArchive(tar::TarReader& archive, store::BlobStore& blobs,
-                                        Progress& progress, TransferReport& report) {
-  LB_ASSIGN_OR_RETURN(const auto present, YoungBlobs(blobs));
+                                        YoungBlobs& young, Progress& progress,
+                                        TransferReport& report) {
+  LB_RETURN_IF_ERROR(young.Refresh());
   std::string catalog;
   while (true) {
     LB_ASSIGN_OR_RETURN(const std::optional<tar::TarEntry> entry, archive.Next());
@@ -268,12 +321,12 @@ absl::StatusOr<std::string> ReadArchive(tar::TarReader& archive, store::BlobStor
     const std::optional<store::BlobId> id = BlobOf(entry->name);
     if (!id.has_value()) continue;
     progress.Add(entry->size_bytes);
-    const auto found = present.find(*id);
-    if (found != present.end() && found->second == entry->size_bytes) {
+    if (young.SizeOf(*id) == entry->size_bytes) {
       ++report.num_skipped;
       continue;
     }
     LB_RETURN_IF_ERROR(ImportBlob(archive, *id, blobs));
+    young.Add(*id, entry->size_bytes);
     ++report.num_copied;
     report.copied_bytes += entry->size_bytes;
   }
@@ -282,16 +335,16 @@ absl::StatusOr<std::string> ReadArchive(tar::TarReader& archive, store::BlobStor
 }
 
 // Last: all blobs must be there.
-absl::Status ImportRecords(const store::CatalogContents& contents, const store::Store& store,
-                           TransferReport& report) {
+absl::Status ImportRecords(const store::CatalogContents& contents, store::Catalog& catalog,
+                           YoungBlobs& young, TransferReport& report) {
   LB_ASSIGN_OR_RETURN(const std::vector<store::BlobId> missing,
-                      MissingBlobs(BlobsOf(contents), *store.blobs));
+                      MissingBlobs(BlobsOf(contents), young));
   if (!missing.empty()) {
     return absl::DataLossError(absl::StrCat("the export has no blob ", missing.front(), " (of ",
                                             missing.size(), " missing)"));
   }
   CountRecords(contents, report);
-  return store.catalog->Import(contents);
+  return catalog.Import(contents);
 }
 
 }  // namespace
@@ -364,20 +417,23 @@ absl::StatusOr<TransferReport> ImportFromDirectory(const std::string& directory,
   const std::vector<store::BlobId> needed = BlobsOf(contents);
   TransferReport report;
   progress.Begin("imported", -1);
-  LB_ASSIGN_OR_RETURN(std::vector<store::BlobId> missing, MissingBlobs(needed, *store.blobs));
+  YoungBlobs young(*store.blobs);
+  LB_ASSIGN_OR_RETURN(std::vector<store::BlobId> missing, MissingBlobs(needed, young));
   report.num_skipped = static_cast<int64_t>(needed.size() - missing.size());
   while (!missing.empty()) {  // again what has become old while it took so long
     std::vector<BlobPair> pairs;
     for (const store::BlobId& id : missing) pairs.emplace_back(id, id);
-    const absl::Status status = CopyBlobs(*blobs, pairs, *store.blobs, arena, progress, report);
+    const absl::Status status =
+        CopyBlobs(*blobs, pairs, *store.blobs, arena, progress, report,
+                  [&](const store::BlobId& id, int64_t size_bytes) { young.Add(id, size_bytes); });
     if (absl::IsNotFound(status)) {
       return absl::DataLossError(absl::StrCat("the export is not complete: ", status.message()));
     }
     LB_RETURN_IF_ERROR(status);
-    LB_ASSIGN_OR_RETURN(missing, MissingBlobs(needed, *store.blobs));
+    LB_ASSIGN_OR_RETURN(missing, MissingBlobs(needed, young));
   }
   progress.End();
-  LB_RETURN_IF_ERROR(ImportRecords(contents, store, report));
+  LB_RETURN_IF_ERROR(ImportRecords(contents, *store.catalog, young, report));
   return report;
 }
 
@@ -385,13 +441,14 @@ absl::StatusOr<TransferReport> ImportFromStream(std::istream& in, const store::S
                                                 Progress& progress) {
   tar::TarReader archive(in);
   TransferReport report;
+  YoungBlobs young(*store.blobs);
   progress.Begin("imported", -1);
   LB_ASSIGN_OR_RETURN(const std::string bytes,
-                      ReadArchive(archive, *store.blobs, progress, report));
+                      ReadArchive(archive, *store.blobs, young, progress, report));
   progress.End();
   LB_ASSIGN_OR_RETURN(const store::CatalogContents contents,
                       store::ReadCatalogFile(AsBytes(bytes), kCatalog));
-  LB_RETURN_IF_ERROR(ImportRecords(contents, store, report));
+  LB_RETURN_IF_ERROR(ImportRecords(contents, *store.catalog, young, report));
   return report;
 }
 

@@ -34,7 +34,8 @@ absl::StatusOr<TransferReport> ExportToStream(const store::Store& store, std::os
                                               Progress& progress);
 
 // Imports an export: first the blobs, except for those that exist and were committed within kKept,
-// by the clock of the store; then all records or none. After an error a repeated call continues.
+// by the clock of the store; then all records or none. After an error a repeated call continues. If
+// the lists of the store lag, it copies all of them once more.
 // Errors: kAlreadyExists if a name is taken in the store, naming it; kDataLoss if the export is
 // damaged or incomplete; kInvalidArgument if it is not an export, or of an unknown version.
 inline constexpr absl::Duration kKept = absl::Hours(12);

@@ -1,10 +1,15 @@
 #include "server/admin/transfer.h"
 
+#include <atomic>
 #include <fstream>
+#include <memory>
 #include <sstream>
+#include <utility>
+#include <vector>
 
 #include "absl/time/clock.h"
 #include "server/admin/check.h"
+#include "tests/core/store/blobs/hooked_blobs.h"
 #include "tests/server/admin/admin_testing.h"
 #include "tests/server/admin/s3_testing.h"
 
@@ -148,6 +153,23 @@ class TransferToS3Test : public TransferTest {
   std::stringstream stream_;
 };
 
+// A store whose lists show nothing any more once it gets the first blob of an import.
+class LaggingBlobs : public store::HookedBlobs {
+ public:
+  using HookedBlobs::HookedBlobs;
+  absl::StatusOr<std::unique_ptr<store::BlobWriter>> CreateAs(const store::BlobId& id) override {
+    is_lagging_ = true;
+    return HookedBlobs::CreateAs(id);
+  }
+  absl::StatusOr<std::vector<store::BlobInfo>> List() override {
+    if (is_lagging_) return std::vector<store::BlobInfo>();
+    return HookedBlobs::List();
+  }
+
+ private:
+  std::atomic<bool> is_lagging_ = false;
+};
+
 TEST_F(TransferToS3Test, AllBlobsArriveThoughTheClockOfTheStoreIsFarBehind) {
   s3_.SetClockAhead(-absl::Hours(13));
   const store::Store other = OpenFakeS3Store(s3_, folder_.path());
@@ -175,6 +197,41 @@ TEST_F(TransferToS3Test, WhatIsOldByTheClockOfTheStoreIsWrittenAfresh) {
   for (const store::BlobInfo& info : *present) {
     EXPECT_GT(info.modified, absl::Now() + absl::Hours(22)) << info.id;
   }
+}
+
+// Its lists show nothing of what is there, neither at the begin nor at the end.
+TEST_F(TransferToS3Test, AllBlobsAreCopiedToAStoreWhoseListsLag) {
+  s3_.SetListLag(absl::Hours(1));
+  const store::Store other = OpenFakeS3Store(s3_, folder_.path());
+  const auto imported = ImportFromStream(stream_, other, progress_);
+  ASSERT_THAT(imported, Succeeds());
+  EXPECT_EQ(imported->num_copied, 3);
+  ASSERT_THAT(Export(), Succeeds());
+  const store::Store second = OpenFakeS3Store(s3_, absl::StrCat(folder_.path(), "/second"));
+  const auto again = ImportFromDirectory(export_, second, arena_, progress_);
+  ASSERT_THAT(again, Succeeds());
+  EXPECT_EQ(again->num_copied, 3);
+  EXPECT_EQ(again->num_skipped, 0);
+  EXPECT_EQ(second.catalog->ListAnimations(0, "")->records.size(), 2);
+}
+
+// What was skipped by an earlier list is not missing.
+TEST_F(TransferToS3Test, ListsMayBeginToLag) {
+  store::Store other = OpenFakeS3Store(s3_, folder_.path());
+  ASSERT_THAT(store::PutBlob(*other.blobs, AsBytes("animation a")), Succeeds());
+  other.blobs = std::make_unique<LaggingBlobs>(std::move(other.blobs));
+  const auto imported = ImportFromStream(stream_, other, progress_);
+  ASSERT_THAT(imported, Succeeds());
+  EXPECT_EQ(imported->num_skipped, 1);
+  EXPECT_EQ(imported->num_copied, 2);
+}
+
+TEST_F(TransferToS3Test, AStoreThatIsAwayIsNoStoreWhoseListsLag) {
+  const store::Store other = OpenFakeS3Store(s3_, folder_.path());
+  s3_.Plan("list", std::vector(20, store::FakeS3::Fault::kStatus503));
+  EXPECT_THAT(ImportFromStream(stream_, other, progress_),
+              Fails(absl::StatusCode::kUnavailable, ""));
+  EXPECT_EQ(other.catalog->ListAnimations(0, "")->records.size(), 0);
 }
 
 TEST_F(TransferTest, IsRefusedAsAWholeIfANameIsTaken) {
