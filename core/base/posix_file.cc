@@ -9,12 +9,14 @@
 #include <system_error>
 #include <vector>
 
+#include "absl/strings/cord.h"
 #include "absl/strings/str_cat.h"
 #include "core/base/status_macros.h"
 
 namespace liquidblend::base {
 namespace {
 
+constexpr char kFullMark[] = "liquidblend/disk_full";
 constexpr size_t kChunkBytes = size_t{1} << 20;
 
 // Makes the call again as long as a signal interrupts it; returns its result.
@@ -57,10 +59,14 @@ FileHandle::~FileHandle() {
 }
 
 absl::Status ErrnoStatus(int error_number, absl::string_view action, const std::string& path) {
-  return absl::Status(
+  absl::Status status(
       CodeOf(error_number),
       absl::StrCat(action, " ", path, ": ", std::generic_category().message(error_number)));
+  if (error_number == ENOSPC || error_number == EDQUOT) status.SetPayload(kFullMark, absl::Cord());
+  return status;
 }
+
+bool IsDiskFull(const absl::Status& status) { return status.GetPayload(kFullMark).has_value(); }
 
 absl::StatusOr<FileHandle> OpenFile(const std::string& path, int flags, int mode) {
   const int fd = Uninterrupted([&] { return open(path.c_str(), flags | O_CLOEXEC, mode); });

@@ -34,6 +34,9 @@ class FileHandle {
 // ReadAt() and ReadAll() return kDataLoss). The message is "<action> <path>: <the system's words>".
 absl::Status ErrnoStatus(int error_number, absl::string_view action, const std::string& path);
 
+// Whether this is an ErrnoStatus() of a disk, or of a quota on it, that is full.
+bool IsDiskFull(const absl::Status& status);
+
 // Opens a file with O_CLOEXEC and other `flags`; `mode` counts when the file is created.
 absl::StatusOr<FileHandle> OpenFile(const std::string& path, int flags, int mode = 0644);
 

@@ -33,12 +33,12 @@ absl::Status CheckContent(const base::FileHandle& file, const std::string& path,
       absl::StrCat("blob ", path, " is damaged: its ", size, " bytes hash to ", hasher.Id()));
 }
 
-// Makes a call that needs space on the disk: again after each refusal, as long as there may be more
-// room.
+// Makes a call that needs space on the disk: again each time that the disk is full, as long as
+// there may be more room. No room helps against other limits, such as that of open files.
 absl::Status CallWithRoom(const RoomMaker& make_room, int64_t num_bytes,
                           absl::FunctionRef<absl::Status()> call) {
   absl::Status status = call();
-  while (absl::IsResourceExhausted(status) && make_room && make_room(num_bytes)) status = call();
+  while (base::IsDiskFull(status) && make_room && make_room(num_bytes)) status = call();
   return status;
 }
 

@@ -22,8 +22,18 @@ using store::WriteFile;
 TEST(WriteAll, NamesThePathWhenTheDiskIsFull) {
   const auto full = OpenFile("/dev/full", O_WRONLY);
   ASSERT_THAT(full, Succeeds());
-  EXPECT_THAT(WriteAll(*full, AsBytes("water"), "/dev/full"),
+  const absl::Status written = WriteAll(*full, AsBytes("water"), "/dev/full");
+  EXPECT_THAT(written,
               Fails(absl::StatusCode::kResourceExhausted, "write /dev/full: No space left"));
+  EXPECT_TRUE(IsDiskFull(written));
+}
+
+TEST(IsDiskFull, IsNeitherALackOfDescriptorsNorOfMemory) {
+  EXPECT_TRUE(IsDiskFull(ErrnoStatus(EDQUOT, "write", "/a")));
+  for (const int error : {EFBIG, EMFILE, ENFILE, ENOMEM, EIO}) {
+    EXPECT_FALSE(IsDiskFull(ErrnoStatus(error, "write", "/a"))) << error;
+  }
+  EXPECT_FALSE(IsDiskFull(absl::OkStatus()));
 }
 
 TEST(WriteAll, WritesThroughAPipeThatTakesLittleAtATime) {

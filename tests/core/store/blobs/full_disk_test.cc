@@ -28,6 +28,7 @@ struct SmallDisk {
   std::string folder;  // empty: there is none
   int64_t size_bytes = 0;
   bool shows_free_bytes = true;  // to statvfs(), which knows nothing of a user's quota
+  int error = ENOSPC;
   int num_refused = 0;
 };
 SmallDisk disk;
@@ -76,7 +77,7 @@ ssize_t write(int fd, const void* bytes, size_t size) {
   const int64_t num_free = disk.size_bytes - UsedBytes();
   if (num_free > 0) return next(fd, bytes, std::min(size, static_cast<size_t>(num_free)));
   ++disk.num_refused;
-  errno = ENOSPC;
+  errno = disk.error;
   return -1;
 }
 
@@ -192,6 +193,18 @@ TEST_F(FullDiskTest, NothingIsRemovedInVain) {
   const std::string large = SampleBytes(4000);
   EXPECT_THAT(PutBlob(*blobs_, AsBytes(large)),
               Fails(absl::StatusCode::kResourceExhausted, disk.folder));
+  for (const BlobId& id : cached_) EXPECT_TRUE(IsCached(id));
+}
+
+// A lack of descriptors or memory, or a limit of a file's size, would empty the cache for nothing.
+TEST_F(FullDiskTest, NothingIsRemovedForOtherLimits) {
+  FillCache();
+  for (const int error : {EFBIG, ENOMEM}) {
+    disk.error = error;
+    EXPECT_THAT(PutBlob(*blobs_, AsBytes(Content(7))),
+                Fails(absl::StatusCode::kResourceExhausted, disk.folder));
+  }
+  EXPECT_GT(disk.num_refused, 0);
   for (const BlobId& id : cached_) EXPECT_TRUE(IsCached(id));
 }
 
