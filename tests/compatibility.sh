@@ -199,13 +199,24 @@ start_worker() {
   pids[worker]=$!
 }
 
-# Whether half of the targets of an operation are registered.
+# Whether half of the targets of an operation are registered, and not all of it is done.
 is_half_done() {
   "$former/liquidblend" --server "$server" operations "$1" --json | python3 -c '
 import json, sys
 said = json.load(sys.stdin)
 said = said[0] if isinstance(said, list) else said
-sys.exit(said["progress"]["fraction"] < 0.45)'
+sys.exit(not 0.45 <= said["progress"]["fraction"] < 0.9)'
+}
+
+# Waits for that, so that a worker of each version registers a target.
+await_half_done() {
+  for _ in $(seq 600); do
+    ! is_half_done "$1" || return 0
+    sleep 0.1
+  done
+  cat "$work/worker.log" >&2
+  echo "$1 was not half done in time: nothing was shared by two versions" >&2
+  exit 1
 }
 
 # Replaces former servers and a former worker by current ones, while a client asks for frames, and
@@ -229,6 +240,7 @@ roll() {
   operation=$(grep -o 'operations/[^ ]*' "$work/log" | head -n 1)
   "$steady_client" "$server" balls >"$work/steady" 2>&1 &
   local steady=$!
+  pids[steady]=$steady
   sleep 2
   end "${pids[one]}"
   start_replica "$current" one "$one"
@@ -239,10 +251,7 @@ roll() {
   must "$former" register shared --source a --target b --target c --iterations 200
   local shared
   shared=$(grep -o 'operations/[^ ]*' "$work/log" | head -n 1)
-  for _ in $(seq 600); do
-    ! is_half_done "$shared" || break
-    sleep 0.1
-  done
+  await_half_done "$shared"
   end "${pids[worker]}"
   start_worker "$current"
   must "$current" operations "$shared" --wait
@@ -252,6 +261,7 @@ roll() {
   sleep 2
   kill -TERM "$steady"
   wait "$steady" || failed=1
+  unset 'pids[steady]'
   sed "s/^/$tier      /" "$work/steady"
 }
 roll
