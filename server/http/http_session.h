@@ -102,13 +102,16 @@ class HttpSession final : public Connection, public std::enable_shared_from_this
   }
 
   // Takes an answer, on any thread. If there is no memory for that, the connection ends: its next
-  // read sees the end of the socket, which only its own thread may close.
+  // read sees the end of the socket, which only its own strand may close. A strand to which a post
+  // fails stays locked for ever, so the answer gets there by way of a thread of the context.
   void Take(Response response) {
     try {
-      asio::post(stream_.get_executor(),
-                 [self = shared_from_this(), response = std::move(response)]() mutable {
-                   self->WriteOrClose(std::move(response));
-                 });
+      asio::post(core_->io, [self = shared_from_this(), response = std::move(response)]() mutable {
+        const auto strand = self->stream_.get_executor();
+        asio::dispatch(strand, [self = std::move(self), response = std::move(response)]() mutable {
+          self->WriteOrClose(std::move(response));
+        });
+      });
     } catch (const std::bad_alloc&) {
       shutdown(stream_.socket().native_handle(), SHUT_RDWR);
     }
