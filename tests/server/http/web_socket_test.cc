@@ -121,7 +121,7 @@ class ImpatientWebSocketTest : public WebSocketTest {
 
   static server::BackendsOptions ImpatientOptions() {
     server::BackendsOptions options = Options();
-    options.unread = {.max_bytes = kPlyBytes * 3 / 2, .patience = absl::Milliseconds(200)};
+    options.unread = {.max_bytes = kPlyBytes * 3 / 2, .patience = absl::Seconds(2)};
     return options;
   }
 };
