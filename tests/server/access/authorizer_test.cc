@@ -5,10 +5,8 @@
 #include <sys/resource.h>
 #include <sys/stat.h>
 
-#include <cerrno>
 #include <filesystem>
 #include <fstream>
-#include <system_error>
 
 #include "absl/strings/str_cat.h"
 #include "server/access/access_controller.h"
@@ -21,12 +19,22 @@ using store::Fails;
 using testing::HasSubstr;
 using testing::Not;
 
+// UndefinedBehaviorSanitizer opens a pipe to look at an object of a type that is new to it.
+#if defined(__has_feature)
+#if __has_feature(undefined_behavior_sanitizer)
+#define LIQUIDBLEND_NEEDS_PIPES 1
+#endif
+#endif
+#ifndef LIQUIDBLEND_NEEDS_PIPES
+#define LIQUIDBLEND_NEEDS_PIPES 0
+#endif
+
 // Meanwhile no file can be opened, as if too many were.
 class NoFilesLeft {
  public:
+  static constexpr bool kIsPossible = LIQUIDBLEND_NEEDS_PIPES == 0;
+
   NoFilesLeft() {
-    // UndefinedBehaviorSanitizer opens a pipe to look at an object of a type that is new to it.
-    EXPECT_FALSE(std::generic_category().message(EMFILE).empty());
     EXPECT_EQ(getrlimit(RLIMIT_NOFILE, &before_), 0);
     const rlimit none = {0, before_.rlim_max};
     EXPECT_EQ(setrlimit(RLIMIT_NOFILE, &none), 0);
@@ -151,6 +159,7 @@ TEST_F(AuthorizerTest, ABrokenNewFileIsToldOfOnceAndTheFormerOneStays) {
 }
 
 TEST_F(AuthorizerTest, AFileThatCannotBeReadForAMomentIsReadLater) {
+  if (!NoFilesLeft::kIsPossible) GTEST_SKIP() << "the sanitizer needs files";
   const std::string revoked = Write("revoked");
   const auto authorizer = *Authorizer::Open(path());
   const std::string after = Write("after");
@@ -170,6 +179,7 @@ TEST_F(AuthorizerTest, AFileThatCannotBeReadForAMomentIsReadLater) {
 }
 
 TEST_F(AuthorizerTest, AFileThatCannotBeReadIsToldOfOnceForEachChange) {
+  if (!NoFilesLeft::kIsPossible) GTEST_SKIP() << "the sanitizer needs files";
   Write("before");
   const auto authorizer = *Authorizer::Open(path());
   for (const char* name : {"one", "other"}) {
