@@ -27,9 +27,12 @@ class FrameReactor final : public grpc::ServerUnaryReactor {
   // Also when the call's deadline passes.
   void OnCancel() override {
     if (call_ != nullptr) call_->Cancel();
+    is_cancelled_.store(true, std::memory_order_release);
   }
 
   void OnDone() override {
+    // gRPC calls this after OnCancel(), but ThreadSanitizer cannot see how.
+    is_cancelled_.load(std::memory_order_acquire);
     admission_->OnDone();
     const trace::Span& span = admission_->caller().span;
     if (span.is_recording()) span.RecordChild("write", ended_at_, absl::Now());
@@ -65,6 +68,7 @@ class FrameReactor final : public grpc::ServerUnaryReactor {
 
   const std::shared_ptr<Admission> admission_;
   std::atomic<bool> has_ended_ = false;
+  std::atomic<bool> is_cancelled_ = false;
   absl::Time ended_at_;  // then the answer goes out
   std::shared_ptr<FrameCall> call_;
 };
