@@ -214,9 +214,10 @@ inline absl::Duration IdleCpuTime() {
 
 // Generous: a thread that spins takes a second, an idle server some milliseconds.
 constexpr absl::Duration kMaxIdleCpu = absl::Milliseconds(400);
-// Sanitizers take some ten times as long, and keep up to 256 MiB of what was freed.
+// Sanitizers take some ten times as long, and keep up to 256 MiB of what was freed;
+// ThreadSanitizer has a shadow of that.
 constexpr bool kIsSanitized = !allocation::kAllocationsMayFail;
-constexpr int64_t kKeptBytes = kIsSanitized ? int64_t{512} << 20 : 0;
+constexpr int64_t kKeptBytes = kIsSanitized ? int64_t{768} << 20 : 0;
 // Of one call, beside what its client computes.
 constexpr absl::Duration kMaxCallCpu = absl::Seconds(kIsSanitized ? 15 : 1);
 constexpr int64_t kMaxGrowthBytes = (int64_t{200} << 20) + kKeptBytes;
