@@ -78,7 +78,7 @@ class FaultTest : public E2eTest {
   // So many runs as one line of the shared tier.
   void Each(const std::string& fault, const std::function<void(int)>& run_once);
   // Makes registrations long enough to be met in mid-job.
-  void TakeTime() { num_iterations_ = 60; }
+  void TakeTime() { num_iterations_ = 120; }
 
   // With a short lease, and a checkpoint after every iteration.
   Process StartFaultWorker(const std::vector<std::string>& environment = {});
