@@ -147,7 +147,7 @@ absl::Status Authorizer::ReloadIfChanged() {
   }
   const bool is_gone = absl::IsNotFound(status);
   if (!status.ok() && !absl::IsInvalidArgument(status) && !is_gone) {
-    // What kept it from being read may pass without a change of the file: no stamp.
+    // Without a stamp it is read again: the cause may pass without a change of the file.
     const std::string failure = absl::StrCat(stamp, " ", status.ToString());
     return std::exchange(told_, failure) == failure ? absl::OkStatus() : status;
   }

@@ -58,7 +58,7 @@ struct BackendsOptions {
   int max_waiting_calls = 1000;                    // >= 1; for an io thread; more are refused
   FrameQueueOptions queue;                         // of frames to be made
   int64_t frame_cache_bytes = int64_t{256} << 20;  // >= 0
-  UnreadAnswersOptions unread;                     // frames on their way to clients
+  UnreadAnswersOptions unread;                     // answers on their way to clients
   // Tracer of calls; null: they are not traced.
   std::shared_ptr<const trace::Tracer> tracer;
 };

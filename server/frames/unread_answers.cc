@@ -69,12 +69,16 @@ absl::StatusOr<AnswerPtr> UnreadAnswers::Hold(AnswerPtr answer,
     stalled = state_->FindStalled(now);
     if (state_->HasRoomFor(wanted)) entry = state_->Add(std::move(wanted));
   }
+  AnswerPtr result;  // first, as GiveUp() may throw; without memory for it the deleter is called
+  if (entry.has_value()) {
+    result =
+        AnswerPtr(bytes, [state = state_, entry](const std::string*) { state->LetGo(*entry); });
+  }
   for (const std::weak_ptr<Reader>& of : stalled) {
     if (const std::shared_ptr<Reader> given_up = of.lock()) given_up->GiveUp();
   }
-  if (!entry.has_value()) return TooManyAnswers();
-  // If there is no memory for this, the deleter is called.
-  return AnswerPtr(bytes, [state = state_, entry](const std::string*) { state->LetGo(*entry); });
+  if (result == nullptr) return TooManyAnswers();
+  return result;
 }
 
 int64_t UnreadAnswers::num_bytes() const {

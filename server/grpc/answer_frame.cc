@@ -6,7 +6,6 @@
 #include "core/base/status_macros.h"
 #include "server/base/errors.h"
 #include "server/base/guarded.h"
-#include "server/base/work_pool.h"
 #include "server/frames/get_frame.h"
 #include "server/grpc/admission.h"
 #include "server/grpc/held_answer.h"

@@ -1,9 +1,10 @@
 #include "server/grpc/held_answer.h"
 
+#include <iterator>
 #include <utility>
 
 #include "core/base/status_macros.h"
-#include "server/frames/get_frame.h"
+#include "server/base/work_pool.h"
 #include "server/grpc/byte_buffers.h"
 
 namespace liquidblend::server {

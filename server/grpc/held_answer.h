@@ -12,7 +12,8 @@
 
 namespace liquidblend::server {
 
-// Bytes of an answer that are not counted. gRPC's own memory for the call is more, and limited.
+// Bytes of an answer that are not counted, so that small ones are never refused: that to a
+// registration tells of a job that is accepted.
 inline constexpr int64_t kUncountedBytes = 4096;
 
 // Returns the answer's bytes, which count until gRPC has written them or the call ends. Errors:

@@ -24,8 +24,8 @@ struct ServerOptions {
   int max_waiting_calls = 1000;                    // >= 1; for an io thread; more are refused
   FrameQueueOptions queue;                         // frames that wait to be made; more are refused
   int64_t frame_cache_bytes = int64_t{256} << 20;  // >= 0; encoded frames
-  UnreadAnswersOptions unread;
-  int max_message_bytes = 4 << 20;  // >= 64 KiB; of requests
+  UnreadAnswersOptions unread;                     // answers on their way to clients
+  int max_message_bytes = 4 << 20;                 // >= 64 KiB; of requests
   // >= 16 MiB; connections, and requests that have not arrived whole, of all peers together. gRPC
   // ends streams beyond it.
   int64_t max_buffer_bytes = int64_t{128} << 20;
