@@ -59,7 +59,7 @@ class BakeWriter:
         if is_whole:
             self._check_object(read_index(folder))
         self._write_part("index.json", lambda file: file.write(self._mark))
-        # What an interrupted bake left. Without an index its frames are of no use, either.
+        # Leftovers of an interrupted bake: without an index its frames are of no use.
         self._remove(name for name in names if name.endswith(".part") or not is_whole)
 
     def _names_of_earlier(self):

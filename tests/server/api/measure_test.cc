@@ -62,7 +62,7 @@ class MeasureTest : public RpcTest {
     return Measure(request);
   }
 
-  // As many slices as a request may ask for.
+  // Request for as many slices as one may ask for.
   v1::MeasureCorrespondencesRequest LongRequest() {
     v1::MeasureCorrespondencesRequest request;
     request.set_family("splash");
@@ -157,7 +157,7 @@ TEST_F(MeasureTest, OthersHaveTheirTurnsBetweenItsSlices) {
     work.client = "other";
     work.run = [&] { num_asked_before_other = num_asked; };
     EXPECT_TRUE(backends_.frames.Post(std::move(work), true).ok());
-    // Of the one thread there.
+    // Task for the only thread of transfers.
     EXPECT_TRUE(backends_.transfers.Post([&] { other_transfer.Notify(); }).ok());
     EXPECT_TRUE(other_transfer.WaitForNotificationWithTimeout(absl::Seconds(20)));
     return true;

@@ -26,8 +26,8 @@ class UnreadTest : public ServerTest {
   void SetUp() override { StartWith(absl::Hours(1)); }
 
   void StartWith(absl::Duration patience) {
-    const NewToken greedy = *MakeToken("greedy", {"frames"});
-    const NewToken honest = *MakeToken("honest", {"frames"});
+    const NewToken greedy = *MakeToken("studio:greedy", {"frames"});
+    const NewToken honest = *MakeToken("studio:honest", {"frames"});
     greedy_ = "Bearer " + greedy.token;
     honest_ = "Bearer " + honest.token;
     const std::string path = folder_.path() + "/tokens.json";

@@ -222,7 +222,7 @@ class ResumeCompetitionTest : public ResumeTest {
     task.options.registration.pairing = pairing;
     return task;
   }
-  // Of the pairing that is tried in this state, and how many are done.
+  // Iterations of the pairing that this state tries, and how many are done.
   static std::string Describe(const RegistrationState& state) {
     const auto* const iterations = std::get_if<IterationState>(&state);
     if (iterations != nullptr) return absl::StrCat("first ", iterations->last.iteration);

@@ -277,7 +277,7 @@ class MixedVersionsTest : public RunChildTest {
 
   JobRecord Child(const std::string& job, int k) { return (*catalog_->ListChildren(job))[k]; }
 
-  // What workers of one version make.
+  // Blob of the family as workers of one version make it.
   std::string ExpectedBlob() {
     ImportBalls();
     const std::string job = SubmitBalls();

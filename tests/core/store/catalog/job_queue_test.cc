@@ -25,7 +25,7 @@ class JobQueueTest : public ::testing::Test {
     lease_ = **lease;
   }
 
-  // What a worker gets so long after the first lease began.
+  // Lease that a worker gets so long after the first one began.
   LeaseAttempt LeaseAfter(absl::Duration time, const Outage& outage) {
     LeaseRequest request{.worker = {}, .duration = kLease, .outage = outage};
     request.worker.set_name("two");
