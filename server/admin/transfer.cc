@@ -14,20 +14,16 @@
 #include <utility>
 #include <vector>
 
-#include "absl/base/thread_annotations.h"
 #include "absl/strings/match.h"
 #include "absl/strings/str_cat.h"
-#include "absl/synchronization/mutex.h"
 #include "absl/time/clock.h"
-#include "core/base/log.h"
 #include "core/base/posix_file.h"
 #include "core/base/status_macros.h"
-#include "core/base/steady_cond_var.h"
 #include "core/store/blobs/content_hash.h"
 #include "core/store/catalog/catalog_file.h"
 #include "core/store/catalog/job_records.h"
 #include "core/store/data_directory.h"
-#include "server/admin/listing.h"
+#include "server/admin/young_blobs.h"
 #include "server/tar/tar.h"
 
 namespace liquidblend::admin {
@@ -225,57 +221,6 @@ absl::StatusOr<std::string> ReadWholeFile(const std::string& path) {
   }));
   return content;
 }
-
-// Blobs of a store that need not be copied once more: nobody collects them soon.
-class YoungBlobs {
- public:
-  explicit YoungBlobs(store::BlobStore& blobs) : blobs_(blobs) {}
-
-  // Adds a blob that was just committed.  Threads: safe.
-  void Add(const store::BlobId& id, int64_t size_bytes) {
-    const absl::MutexLock lock(&mutex_);
-    found_[id] = {size_bytes, base::SteadyClock::now()};
-  }
-
-  // The size of a blob, if it is one of them.
-  std::optional<int64_t> SizeOf(const store::BlobId& id) const {
-    const absl::MutexLock lock(&mutex_);
-    const auto found = found_.find(id);
-    if (found == found_.end() || base::Since(found->second.committed) >= kKept) return {};
-    return found->second.size_bytes;
-  }
-
-  // Goes by a list and the clock of the store, which is that of collections. Once its lists lag,
-  // the blobs that are known stay, and no list is asked for any more.  Errors: the store's.
-  absl::Status Refresh() {
-    if (are_lists_lagging_) return absl::OkStatus();
-    LB_ASSIGN_OR_RETURN(const std::optional<Listing> present, ListWithClockIfCurrent(blobs_));
-    if (!present.has_value()) {
-      base::LogWarning("the lists of the store lag: blobs that it has are copied, too");
-      are_lists_lagging_ = true;
-      return absl::OkStatus();
-    }
-    const base::SteadyClock::time_point now = base::SteadyClock::now();
-    const absl::MutexLock lock(&mutex_);
-    found_.clear();
-    for (const store::BlobInfo& blob : present->blobs) {
-      const absl::Duration age = present->now - blob.modified;
-      if (age < kKept) found_[blob.id] = {blob.size_bytes, now - absl::ToChronoNanoseconds(age)};
-    }
-    return absl::OkStatus();
-  }
-
- private:
-  struct Found {
-    int64_t size_bytes = 0;
-    base::SteadyClock::time_point committed;
-  };
-
-  store::BlobStore& blobs_;
-  bool are_lists_lagging_ = false;
-  mutable absl::Mutex mutex_;
-  std::map<store::BlobId, Found> found_ ABSL_GUARDED_BY(mutex_);
-};
 
 absl::StatusOr<std::vector<store::BlobId>> MissingBlobs(const std::vector<store::BlobId>& needed,
                                                         YoungBlobs& young) {
