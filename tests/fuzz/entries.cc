@@ -166,10 +166,8 @@ bool AreFinite(const std::vector<float>& values) {
   return std::all_of(values.begin(), values.end(), [](float v) { return std::isfinite(v); });
 }
 
-// Data of a frame in the format MESHOPT, as a client gets it. (libdraco's decoder is not ours.)
-void RunMeshopt(Bytes bytes) {
-  const std::string data(reinterpret_cast<const char*>(bytes.data()), bytes.size());
-  if (data.starts_with("DRACO")) return;
+// Data of a frame, as a client gets it.
+void RunFrame(const std::string& data) {
   const absl::StatusOr<Mesh> mesh = DecodeMesh(data);
   Require(mesh.ok() || !mesh.status().message().empty(), "a refusal says why");
   if (!mesh.ok()) return;
@@ -185,6 +183,19 @@ void RunMeshopt(Bytes bytes) {
           "attributes have a value per vertex");
   Require(AreFinite(mesh->positions) && AreFinite(mesh->rest), "numbers are finite");
 }
+
+std::string ToString(Bytes bytes) {
+  return std::string(reinterpret_cast<const char*>(bytes.data()), bytes.size());
+}
+
+// A frame in the format MESHOPT.
+void RunMeshopt(Bytes bytes) {
+  const std::string data = ToString(bytes);
+  if (!data.starts_with("DRACO")) RunFrame(data);
+}
+
+// A frame in the format DRACO, without the word it begins with.
+void RunDraco(Bytes bytes) { RunFrame("DRACO" + ToString(bytes)); }
 
 bool AreFinite(const google::protobuf::RepeatedField<double>& values) {
   return std::all_of(values.begin(), values.end(), [](double v) { return std::isfinite(v); });
@@ -217,6 +228,7 @@ constexpr Entry kEntries[] = {{"mantaflow", RunMantaflow},
                               {"family_file", RunFamilyFile},
                               {"surface", RunSurface},
                               {"meshopt", RunMeshopt},
+                              {"draco", RunDraco},
                               {"query", RunQuery},
                               {"s3_answer", RunS3Answer},
                               {"credentials", RunCredentials}};

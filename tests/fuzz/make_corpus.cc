@@ -7,6 +7,7 @@
 
 #include "core/finish/normals.h"
 #include "core/store/files/files.h"
+#include "server/encode/draco.h"
 #include "server/encode/meshopt.h"
 #include "tests/fuzz/corpus.h"
 #include "tests/synthetic/shapes.h"
@@ -105,24 +106,39 @@ void AddSurfaces(const Corpus& corpus) {
   }
 }
 
-void AddMeshopt(const Corpus& corpus) {
+// A torus without and with all attributes, in both formats of frames.
+void AddFrames(const Corpus& corpus) {
   mesh::TriangleMesh torus = synthetic::Torus(Eigen::Vector3f::Zero(), 2.0, 1.0, 12, 8);
-  frames::RoundingOptions options;
-  options.position_bits = 12;
-  options.grid.extent_m = 8.0F;
-  options.duration_s = 2.0;
-  const auto add = [&](const std::string& name) {
-    const absl::StatusOr<std::string> data = encode::EncodeMeshopt(torus, options);
+  frames::RoundingOptions rounding;
+  rounding.position_bits = 12;
+  rounding.grid.extent_m = 8.0F;
+  rounding.duration_s = 2.0;
+  const auto add_meshopt = [&](const std::string& name) {
+    const absl::StatusOr<std::string> data = encode::EncodeMeshopt(torus, rounding);
     if (!data.ok()) std::abort();
     corpus.Add("meshopt", name, ingest::ToBytes(*data));
   };
-  add("torus");
+  const auto add_draco = [&](const std::string& name, encode::Preset preset) {
+    encode::DracoOptions options;
+    options.position_bits = rounding.position_bits;
+    options.grid = rounding.grid;
+    options.preset = preset;
+    const absl::StatusOr<std::string> data = encode::EncodeDraco(torus, options);
+    if (!data.ok()) std::abort();
+    corpus.Add("draco", name, ingest::ToBytes(data->substr(std::strlen("DRACO"))));
+  };
+  add_meshopt("torus");
+  add_draco("fastest", encode::Preset::kFastest);
+  add_draco("balanced", encode::Preset::kBalanced);
+  add_draco("smallest", encode::Preset::kSmallest);
   finish::AddNormals(torus);
   torus.velocities = torus.vertices;
   torus.rest.resize(4, torus.num_vertices());
   torus.rest.topRows<3>() = torus.vertices;
   torus.rest.row(3).setConstant(0.5F);
-  add("all_attributes");
+  add_meshopt("all_attributes");
+  add_draco("all_attributes", encode::Preset::kFastest);
+  add_draco("all_attributes_smallest", encode::Preset::kSmallest);
 }
 
 void AddAnimationFiles(const Corpus& corpus) {
@@ -184,7 +200,7 @@ int main(int argc, char** argv) {
   liquidblend::fuzz::AddAnimationFiles(corpus);
   liquidblend::fuzz::AddFamilyFiles(corpus);
   liquidblend::fuzz::AddSurfaces(corpus);
-  liquidblend::fuzz::AddMeshopt(corpus);
+  liquidblend::fuzz::AddFrames(corpus);
   liquidblend::fuzz::AddPeerSeeds(corpus);
   liquidblend::fuzz::AddCloudSeeds(corpus);
   return 0;

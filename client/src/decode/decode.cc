@@ -2,6 +2,8 @@
 
 #include <draco/compression/decode.h>
 
+#include <algorithm>
+#include <cmath>
 #include <cstdint>
 #include <memory>
 #include <utility>
@@ -9,7 +11,9 @@
 
 #include "absl/strings/str_cat.h"
 #include "client/src/decode/draco_mesh.h"
+#include "client/src/decode/draco_size.h"
 #include "client/src/decode/meshopt_decoder.h"
+#include "client/src/status_macros.h"
 
 namespace liquidblend {
 namespace {
@@ -71,23 +75,26 @@ absl::StatusOr<Mesh> DecodeMeshopt(const std::string& bytes) {
 }
 
 // Sets the attribute's numbers and its id; none of either if it is not one of kSize numbers.
+// kDataLoss if a number is not finite.
 template <int kSize = 3>
-void TakeAttribute(const draco::PointAttribute* attribute, uint32_t num_points,
-                   std::vector<float>* values, int* id) {
+absl::Status TakeAttribute(const draco::PointAttribute* attribute, uint32_t num_points,
+                           std::vector<float>* values, int* id) {
   *values = CopyAttribute<kSize>(attribute, num_points);
-  if (!values->empty()) *id = static_cast<int>(attribute->unique_id());
+  if (values->empty()) return absl::OkStatus();
+  *id = static_cast<int>(attribute->unique_id());
+  const auto bad = std::find_if_not(values->begin(), values->end(),
+                                    [](float value) { return std::isfinite(value); });
+  if (bad == values->end()) return absl::OkStatus();
+  return absl::DataLossError(absl::StrCat("damaged Draco mesh: attribute ", *id, " of vertex ",
+                                          (bad - values->begin()) / kSize, " is ", *bad));
 }
 
 }  // namespace
 
 absl::StatusOr<DracoMesh> DecodeDracoMesh(const std::string& draco_bytes) {
+  LBC_RETURN_IF_ERROR(client::CheckDracoSize(draco_bytes));
   draco::DecoderBuffer buffer;
   buffer.Init(draco_bytes.data(), draco_bytes.size());
-  const auto type = draco::Decoder::GetEncodedGeometryType(&buffer);
-  if (!type.ok() || type.value() != draco::TRIANGULAR_MESH) {
-    return absl::InvalidArgumentError(
-        absl::StrCat("not a Draco mesh (", draco_bytes.size(), " bytes)"));
-  }
   draco::Decoder decoder;
   auto decoded = decoder.DecodeMeshFromBuffer(&buffer);
   if (!decoded.ok()) return FromDraco(decoded.status());
@@ -100,13 +107,14 @@ absl::StatusOr<DracoMesh> DecodeDracoMesh(const std::string& draco_bytes) {
   }
   DracoMesh out;
   const uint32_t num_points = draco_mesh->num_points();
-  TakeAttribute(positions, num_points, &out.mesh.positions, &out.position_id);
-  TakeAttribute(draco_mesh->GetNamedAttribute(draco::GeometryAttribute::NORMAL), num_points,
-                &out.mesh.normals, &out.normal_id);
-  TakeAttribute(FindNamed(*draco_mesh, "velocity"), num_points, &out.mesh.velocities,
-                &out.velocity_id);
-  TakeAttribute<4>(FindNamed(*draco_mesh, "rest"), num_points, &out.mesh.rest, &out.rest_id);
-  if (absl::Status status = CopyTriangles(*draco_mesh, &out.mesh); !status.ok()) return status;
+  LBC_RETURN_IF_ERROR(TakeAttribute(positions, num_points, &out.mesh.positions, &out.position_id));
+  LBC_RETURN_IF_ERROR(TakeAttribute(draco_mesh->GetNamedAttribute(draco::GeometryAttribute::NORMAL),
+                                    num_points, &out.mesh.normals, &out.normal_id));
+  LBC_RETURN_IF_ERROR(TakeAttribute(FindNamed(*draco_mesh, "velocity"), num_points,
+                                    &out.mesh.velocities, &out.velocity_id));
+  LBC_RETURN_IF_ERROR(
+      TakeAttribute<4>(FindNamed(*draco_mesh, "rest"), num_points, &out.mesh.rest, &out.rest_id));
+  LBC_RETURN_IF_ERROR(CopyTriangles(*draco_mesh, &out.mesh));
   return out;
 }
 
