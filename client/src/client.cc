@@ -6,6 +6,7 @@
 #include "client/src/client_impl.h"
 #include "client/src/convert.h"
 #include "client/src/names.h"
+#include "client/src/pages.h"
 #include "client/src/status_macros.h"
 
 namespace liquidblend {
@@ -51,14 +52,16 @@ absl::StatusOr<std::vector<Animation>> Client::ListAnimations() {
   std::vector<Animation> animations;
   v1::ListAnimationsRequest request;
   request.set_page_size(kPageSize);
-  do {
-    LBC_ASSIGN_OR_RETURN(const v1::ListAnimationsResponse page,
-                         impl_->Call(&Impl::Service::ListAnimations, request));
+  const auto fetch = [&](const v1::ListAnimationsRequest& next) {
+    return impl_->Call(&Impl::Service::ListAnimations, next);
+  };
+  const auto take = [&](const v1::ListAnimationsResponse& page) -> absl::Status {
     for (const v1::Animation& animation : page.animations()) {
-      animations.push_back(client::FromProto(animation));
+      LBC_ASSIGN_OR_RETURN(animations.emplace_back(), client::FromProto(animation));
     }
-    request.set_page_token(page.next_page_token());
-  } while (!request.page_token().empty());
+    return absl::OkStatus();
+  };
+  LBC_RETURN_IF_ERROR(client::ForEachPage(request, fetch, take));
   return animations;
 }
 
@@ -94,15 +97,17 @@ absl::StatusOr<std::vector<Family>> Client::ListFamilies() {
   std::vector<Family> families;
   v1::ListFamiliesRequest request;
   request.set_page_size(kPageSize);
-  do {
-    LBC_ASSIGN_OR_RETURN(const v1::ListFamiliesResponse page,
-                         impl_->Call(&Impl::Service::ListFamilies, request));
+  const auto fetch = [&](const v1::ListFamiliesRequest& next) {
+    return impl_->Call(&Impl::Service::ListFamilies, next);
+  };
+  const auto take = [&](const v1::ListFamiliesResponse& page) -> absl::Status {
     for (const v1::Family& family : page.families()) {
       impl_->known_versions.Note(family.name(), family.version());
       LBC_ASSIGN_OR_RETURN(families.emplace_back(), client::FromProto(family));
     }
-    request.set_page_token(page.next_page_token());
-  } while (!request.page_token().empty());
+    return absl::OkStatus();
+  };
+  LBC_RETURN_IF_ERROR(client::ForEachPage(request, fetch, take));
   return families;
 }
 

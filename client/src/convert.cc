@@ -3,17 +3,33 @@
 #include <google/protobuf/reflection.h>
 #include <google/protobuf/util/json_util.h>
 
+#include <cmath>
+#include <string>
 #include <utility>
 
 #include "absl/strings/str_cat.h"
 #include "client/src/reason.h"
 #include "client/src/status.h"
 #include "client/src/status_macros.h"
+#include "google/rpc/error_details.pb.h"
 
 namespace liquidblend::client {
 namespace {
 
-// An object without fields if an error has a detail of a type that this program does not know.
+// Drops the details of other types than our servers send: they may hold others in turn, without
+// end, and protobuf's JSON writer calls itself for each.
+void KeepOwnDetails(google::rpc::Status* error) {
+  google::protobuf::RepeatedPtrField<google::protobuf::Any> kept;
+  for (const google::protobuf::Any& detail : error->details()) {
+    if (detail.Is<google::rpc::ErrorInfo>() || detail.Is<google::rpc::BadRequest>() ||
+        detail.Is<google::rpc::RetryInfo>()) {
+      *kept.Add() = detail;
+    }
+  }
+  error->mutable_details()->Swap(&kept);
+}
+
+// An object without fields if protobuf cannot write it.
 std::string JsonOf(const google::protobuf::Message& proto) {
   std::string json;
   const auto status = google::protobuf::util::MessageToJsonString(proto, &json);
@@ -206,11 +222,18 @@ absl::Status ReadResponse(const google::protobuf::Any& response, Operation* oper
   v1::Animation animation;
   v1::Family family;
   if (response.UnpackTo(&animation)) {
-    operation->animation = FromProto(animation);
+    LBC_ASSIGN_OR_RETURN(operation->animation, FromProto(animation));
   } else if (response.UnpackTo(&family)) {
     LBC_ASSIGN_OR_RETURN(operation->family, FromProto(family));
   }
   return absl::OkStatus();
+}
+
+// A number that loops and clocks count on: finite and not negative.
+absl::Status CheckNumber(const std::string& resource, const char* what, double value) {
+  if (std::isfinite(value) && value >= 0.0) return absl::OkStatus();
+  return absl::DataLossError(
+      absl::StrCat("the server's answer about ", resource, " has a ", what, " of ", value));
 }
 
 // Callers index points by animation and values by name.
@@ -261,7 +284,8 @@ Up ToUp(v1::Up up) {
 
 }  // namespace
 
-Animation FromProto(const v1::Animation& proto) {
+absl::StatusOr<Animation> FromProto(const v1::Animation& proto) {
+  LBC_RETURN_IF_ERROR(CheckNumber(proto.name(), "frame rate", proto.frames_per_second()));
   Animation animation;
   animation.name = proto.name();
   animation.state = ToState(proto.state());
@@ -277,12 +301,16 @@ Animation FromProto(const v1::Animation& proto) {
   animation.size_bytes = proto.size_bytes();
   animation.notes.assign(proto.notes().begin(), proto.notes().end());
   animation.create_time = ToTime(proto.create_time());
-  animation.json = JsonOf(proto);
+  v1::Animation shown = proto;
+  if (shown.has_error()) KeepOwnDetails(shown.mutable_error());
+  animation.json = JsonOf(shown);
   return animation;
 }
 
 absl::StatusOr<Family> FromProto(const v1::Family& proto) {
   LBC_RETURN_IF_ERROR(CheckPoints(proto));
+  LBC_RETURN_IF_ERROR(CheckNumber(proto.name(), "duration", proto.duration_s()));
+  LBC_RETURN_IF_ERROR(CheckNumber(proto.name(), "frame rate", proto.frames_per_second()));
   Family family;
   family.name = proto.name();
   family.version = proto.version();
@@ -322,7 +350,11 @@ absl::StatusOr<Family> FromProto(const v1::Family& proto) {
   family.size_bytes = proto.size_bytes();
   family.create_time = ToTime(proto.create_time());
   family.update_time = ToTime(proto.update_time());
-  family.json = JsonOf(proto);
+  v1::Family shown = proto;
+  if (shown.has_failed_registration()) {
+    KeepOwnDetails(shown.mutable_failed_registration()->mutable_error());
+  }
+  family.json = JsonOf(shown);
   return family;
 }
 

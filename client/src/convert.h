@@ -12,8 +12,10 @@
 
 namespace liquidblend::client {
 
-Animation FromProto(const v1::Animation& proto);
-// DATA_LOSS if the points in parameter space are not one of each animation, each of a value per
+// DATA_LOSS if a rate or a duration is negative or not finite. Of details of errors, the JSON has
+// those of the types that our servers send.
+absl::StatusOr<Animation> FromProto(const v1::Animation& proto);
+// Likewise, and if the points in parameter space are not one of each animation, each of a value per
 // name.
 absl::StatusOr<Family> FromProto(const v1::Family& proto);
 absl::StatusOr<Operation> FromProto(const google::longrunning::Operation& proto);

@@ -6,9 +6,11 @@
 
 #include "absl/strings/match.h"
 #include "absl/strings/str_cat.h"
+#include "client/src/connection/loopback.h"
 #include "client/src/files/checksum.h"
 #include "client/src/files/part_file.h"
 #include "client/src/retry.h"
+#include "client/src/servers.h"
 #include "client/src/status_macros.h"
 
 namespace liquidblend::client {
@@ -49,6 +51,12 @@ absl::StatusOr<std::string> SendPart(Http& http, const UploadFile& file, int64_t
   return absl::Status(status.code(), absl::StrCat(file.path, ": ", status.message()));
 }
 
+// How many parts a file has; an empty one has one. -1: not any number of such parts.
+int64_t NumParts(int64_t size_bytes, int64_t part_bytes) {
+  if (size_bytes == 0) return 1;
+  return part_bytes > 0 ? (size_bytes - 1) / part_bytes + 1 : -1;
+}
+
 absl::Status Complete(Http& http, const UploadFile& file, const std::string& url,
                       const std::string& list, const RetryOptions& retry) {
   return RetryUnavailable(retry, [&](int attempt) -> absl::Status {
@@ -63,6 +71,12 @@ absl::Status Complete(Http& http, const UploadFile& file, const std::string& url
 }
 
 }  // namespace
+
+HttpHosts HostsOf(const std::string& target) {
+  const std::vector<std::string> addresses = AddressesIn(target);
+  return std::all_of(addresses.begin(), addresses.end(), IsThisMachine) ? HttpHosts::kAny
+                                                                        : HttpHosts::kElsewhere;
+}
 
 absl::StatusOr<std::string> ChecksumOf(const UploadFile& file) {
   Checksum checksum;
@@ -88,6 +102,9 @@ int NumInCall(const std::vector<UploadFile>& files, size_t first) {
 absl::Status SendToUrls(Http& http, const UploadFile& file,
                         const v1::PresignUploadResponse::File& urls, const RetryOptions& retry,
                         const std::function<void(int64_t bytes)>& sent) {
+  if (urls.part_urls_size() != NumParts(file.size_bytes, urls.part_bytes())) {
+    return absl::InternalError(absl::StrCat(file.path, ": the urls are not for its size"));
+  }
   std::string list = "<CompleteMultipartUpload>";
   int64_t begin = 0;
   for (int k = 0; k < urls.part_urls_size(); ++k) {
@@ -101,9 +118,6 @@ absl::Status SendToUrls(Http& http, const UploadFile& file,
                     "</ETag></Part>");
     begin += size;
   }
-  if (begin != file.size_bytes) {
-    return absl::InternalError(absl::StrCat(file.path, ": the urls are not for its size"));
-  }
   if (urls.complete_url().empty()) return absl::OkStatus();
   list += "</CompleteMultipartUpload>";
   return Complete(http, file, urls.complete_url(), list, retry);
@@ -112,10 +126,21 @@ absl::Status SendToUrls(Http& http, const UploadFile& file,
 absl::Status GetFromUrl(Http& http, const v1::PresignDownloadResponse& from,
                         const std::string& path) {
   PartFile file(path, from.checksum());
-  const auto sink = [&](absl::string_view bytes) { return file.Append(bytes).ok(); };
+  int64_t left = from.size_bytes();
+  const auto sink = [&](absl::string_view bytes) {
+    left -= static_cast<int64_t>(bytes.size());
+    return left >= 0 && file.Append(bytes).ok();
+  };
   absl::StatusOr<HttpAnswer> answer = http.Get(from.url(), sink);
   LBC_RETURN_IF_ERROR(file.Append(""));  // the disk's error says more
+  if (left < 0) {
+    return absl::DataLossError(absl::StrCat(path, ": the object store sends more than the ",
+                                            from.size_bytes(), " bytes that the server speaks of"));
+  }
   LBC_RETURN_IF_ERROR(answer.ok() ? StatusOf(*answer) : answer.status());
+  if (left > 0) {
+    return absl::DataLossError(absl::StrCat(path, ": ", left, " bytes are missing at its end"));
+  }
   return file.Commit();
 }
 

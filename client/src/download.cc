@@ -74,7 +74,7 @@ absl::StatusOr<int64_t> Client::Download(const std::string& name, const std::str
   }
   LBC_RETURN_IF_ERROR(from.status());
   LBC_RETURN_IF_ERROR(client::CheckVersion(version, from->version()));
-  client::Http http(impl_->options.security.storage_ca);
+  client::Http http(impl_->options.security.storage_ca, client::HostsOf(impl_->options.target));
   const absl::Status got = client::RetryUnavailable(
       impl_->options.retry, [&](int) { return client::GetFromUrl(http, *from, path); });
   // The object store may be out of this client's reach.

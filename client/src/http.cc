@@ -1,13 +1,20 @@
 #include "client/src/http.h"
 
+#include <arpa/inet.h>
 #include <curl/curl.h>
+#include <netinet/in.h>
+#include <sys/socket.h>
+#include <unistd.h>
 
 #include <algorithm>
+#include <cstdlib>
+#include <cstring>
 #include <utility>
 
 #include "absl/strings/ascii.h"
 #include "absl/strings/match.h"
 #include "absl/strings/str_cat.h"
+#include "client/src/status_macros.h"
 
 namespace liquidblend::client {
 
@@ -20,6 +27,8 @@ struct Http::Exchange {
   const Source* source = nullptr;
   int64_t left = 0;  // of what it gives
   const Sink* sink = nullptr;
+  HttpHosts hosts = HttpHosts::kAny;
+  bool is_refused = false;  // its address
   HttpAnswer answer;
 };
 
@@ -28,12 +37,62 @@ namespace {
 constexpr size_t kMaxBody = 64 << 10;
 constexpr long kConnectTimeoutMs = 5000;
 constexpr long kStallSeconds = 30;
+constexpr long kSlowestDownload = 1024;  // bytes a second
 
 std::string WithoutQuery(const std::string& url) { return url.substr(0, url.find('?')); }
 
+// "Name: value" as one line.  Errors: kDataLoss if it would be more, or the name is no token.
+absl::StatusOr<std::string> HeaderLine(const std::string& name, const std::string& value) {
+  const auto is_token = [](char c) {
+    return absl::ascii_isalnum(static_cast<unsigned char>(c)) || absl::StrContains("-_.", c);
+  };
+  const auto is_control = [](char c) { return absl::ascii_iscntrl(static_cast<unsigned char>(c)); };
+  if (name.empty() || !std::all_of(name.begin(), name.end(), is_token) ||
+      std::any_of(value.begin(), value.end(), is_control)) {
+    return absl::DataLossError("the server gives a header for the object store that is none");
+  }
+  return absl::StrCat(name, ": ", value);
+}
+
+bool IsOwnOrLinkLocal(const in_addr& address) {
+  const uint32_t bits = ntohl(address.s_addr);
+  return bits >> 24 == 127 || bits >> 24 == 0 || bits >> 16 == 0xa9fe;  // 169.254
+}
+
+// Whether it is of this machine, or of what only its own network reaches by link-local addresses,
+// such as the metadata of cloud machines.
+bool IsOwnOrLinkLocal(const sockaddr& address) {
+  if (address.sa_family == AF_INET) {
+    in_addr v4;
+    std::memcpy(&v4, reinterpret_cast<const char*>(&address) + offsetof(sockaddr_in, sin_addr),
+                sizeof(v4));
+    return IsOwnOrLinkLocal(v4);
+  }
+  if (address.sa_family != AF_INET6) return true;
+  in6_addr v6;
+  std::memcpy(&v6, reinterpret_cast<const char*>(&address) + offsetof(sockaddr_in6, sin6_addr),
+              sizeof(v6));
+  if (IN6_IS_ADDR_V4MAPPED(&v6)) {
+    in_addr v4;
+    std::memcpy(&v4, &v6.s6_addr[12], sizeof(v4));
+    return IsOwnOrLinkLocal(v4);
+  }
+  return IN6_IS_ADDR_LOOPBACK(&v6) || IN6_IS_ADDR_UNSPECIFIED(&v6) || IN6_IS_ADDR_LINKLOCAL(&v6);
+}
+
+// Whether a proxy of the environment may stand between: then its address says nothing of the host.
+bool MayUseProxy() {
+  for (const char* name : {"http_proxy", "https_proxy", "HTTPS_PROXY", "all_proxy", "ALL_PROXY"}) {
+    const char* const value = std::getenv(name);
+    if (value != nullptr && *value != '\0') return true;
+  }
+  return false;
+}
+
 }  // namespace
 
-Http::Http(std::string ca_file) : ca_file_(std::move(ca_file)), easy_(curl_easy_init()) {}
+Http::Http(std::string ca_file, HttpHosts hosts)
+    : ca_file_(std::move(ca_file)), hosts_(hosts), easy_(curl_easy_init()) {}
 
 Http::~Http() { curl_easy_cleanup(static_cast<CURL*>(easy_)); }
 
@@ -43,7 +102,10 @@ absl::StatusOr<HttpAnswer> Http::Put(const std::string& url,
   Exchange exchange;
   exchange.source = &source;
   exchange.left = size;
-  for (const auto& [name, value] : headers) exchange.AddHeader(absl::StrCat(name, ": ", value));
+  for (const auto& [name, value] : headers) {
+    LBC_ASSIGN_OR_RETURN(const std::string line, HeaderLine(name, value));
+    exchange.AddHeader(line);
+  }
   CURL* const easy = static_cast<CURL*>(easy_);
   curl_easy_reset(easy);
   curl_easy_setopt(easy, CURLOPT_UPLOAD, 1L);
@@ -73,7 +135,9 @@ absl::StatusOr<HttpAnswer> Http::Post(const std::string& url, const std::string&
 absl::StatusOr<HttpAnswer> Http::Get(const std::string& url, const Sink& sink) {
   Exchange exchange;
   exchange.sink = &sink;
-  curl_easy_reset(static_cast<CURL*>(easy_));
+  CURL* const easy = static_cast<CURL*>(easy_);
+  curl_easy_reset(easy);
+  curl_easy_setopt(easy, CURLOPT_LOW_SPEED_LIMIT, kSlowestDownload);
   return Run(url, exchange);
 }
 
@@ -85,7 +149,7 @@ absl::StatusOr<HttpAnswer> Http::Run(const std::string& url, Exchange& exchange)
   curl_easy_setopt(easy, CURLOPT_PATH_AS_IS, 1L);  // it is signed as it is
   curl_easy_setopt(easy, CURLOPT_NOSIGNAL, 1L);
   curl_easy_setopt(easy, CURLOPT_CONNECTTIMEOUT_MS, kConnectTimeoutMs);
-  curl_easy_setopt(easy, CURLOPT_LOW_SPEED_LIMIT, 1L);
+  if (exchange.sink == nullptr) curl_easy_setopt(easy, CURLOPT_LOW_SPEED_LIMIT, 1L);
   curl_easy_setopt(easy, CURLOPT_LOW_SPEED_TIME, kStallSeconds);
   if (!ca_file_.empty()) curl_easy_setopt(easy, CURLOPT_CAINFO, ca_file_.c_str());
   for (const char* name : {"Expect:", "Content-Type:"}) exchange.AddHeader(name);
@@ -112,12 +176,27 @@ absl::StatusOr<HttpAnswer> Http::Run(const std::string& url, Exchange& exchange)
   };
   curl_easy_setopt(easy, CURLOPT_HEADERFUNCTION, static_cast<curl_write_callback>(note));
   curl_easy_setopt(easy, CURLOPT_HEADERDATA, &exchange);
+  exchange.hosts = hosts_;
+  const auto open = [](void* taken, curlsocktype, curl_sockaddr* address) -> curl_socket_t {
+    Exchange& to = *static_cast<Exchange*>(taken);
+    to.is_refused = to.hosts == HttpHosts::kElsewhere && IsOwnOrLinkLocal(address->addr);
+    if (to.is_refused) return CURL_SOCKET_BAD;
+    return socket(address->family, address->socktype | SOCK_CLOEXEC, address->protocol);
+  };
+  if (!MayUseProxy()) {
+    curl_easy_setopt(easy, CURLOPT_OPENSOCKETFUNCTION, static_cast<curl_opensocket_callback>(open));
+    curl_easy_setopt(easy, CURLOPT_OPENSOCKETDATA, &exchange);
+  }
   const CURLcode code = curl_easy_perform(easy);
   long status = 0;
   curl_easy_getinfo(easy, CURLINFO_RESPONSE_CODE, &status);
   exchange.answer.status = static_cast<int>(status);
   // A server may refuse a request and close the connection before it has read the body.
   if (code == CURLE_OK || status >= 400) return std::move(exchange.answer);
+  if (exchange.is_refused) {
+    return absl::UnavailableError(absl::StrCat(
+        WithoutQuery(url), ": is on this machine or a link-local address, and the server is not"));
+  }
   return absl::UnavailableError(absl::StrCat(WithoutQuery(url), ": ", curl_easy_strerror(code)));
 }
 

@@ -1,4 +1,5 @@
-// HTTP transfers to and from urls that a server has given.
+// HTTP transfers to and from urls that a server has given. The server is not trusted with more than
+// the object store: it chooses neither other requests nor services that only this machine reaches.
 #pragma once
 
 #include <cstdint>
@@ -19,12 +20,20 @@ struct HttpAnswer {
   std::string body;  // its first 64 KiB; empty where a sink took it
 };
 
-// Connections are kept. Errors of calls: kUnavailable without a whole answer; messages never hold
-// the url's query, which is a credential. Threads: one.
+// Which hosts the urls may name.
+enum class HttpHosts {
+  kElsewhere,  // none on this machine, nor one of a link-local address
+  kAny,
+};
+
+// Connections are kept. Errors of calls: kUnavailable without a whole answer, or if the host may
+// not be named; kDataLoss if a header is none. Messages never hold the url's query, which is a
+// credential. A proxy of the environment (https_proxy) decides itself which addresses it reaches.
+// Threads: one.
 class Http {
  public:
   // ca_file: PEM of trusted authorities for https; empty: the system's.
-  explicit Http(std::string ca_file);
+  Http(std::string ca_file, HttpHosts hosts);
   ~Http();
   Http(const Http&) = delete;
   Http& operator=(const Http&) = delete;
@@ -36,7 +45,8 @@ class Http {
                                  const std::map<std::string, std::string>& headers, int64_t size,
                                  const Source& source);
   absl::StatusOr<HttpAnswer> Post(const std::string& url, const std::string& body);
-  // Receives the bytes of an answer with status 200, until it returns false.
+  // Receives the bytes of an answer with status 200, until it returns false. Less than 1 KiB/s for
+  // 30 s ends it.
   using Sink = std::function<bool(absl::string_view bytes)>;
   absl::StatusOr<HttpAnswer> Get(const std::string& url, const Sink& sink);
 
@@ -45,6 +55,7 @@ class Http {
   absl::StatusOr<HttpAnswer> Run(const std::string& url, Exchange& exchange);
 
   const std::string ca_file_;
+  const HttpHosts hosts_;
   void* const easy_;  // CURL
 };
 

@@ -9,6 +9,7 @@
 #include "client/src/client_impl.h"
 #include "client/src/convert.h"
 #include "client/src/names.h"
+#include "client/src/pages.h"
 #include "client/src/status_macros.h"
 #include "liquidblend/client.h"
 
@@ -48,15 +49,17 @@ absl::StatusOr<std::vector<Operation>> Client::ListOperations() {
   google::longrunning::ListOperationsRequest request;
   request.set_name("operations");
   request.set_page_size(kOperationsPerPage);
-  do {
-    LBC_ASSIGN_OR_RETURN(const google::longrunning::ListOperationsResponse page,
-                         impl_->Call(&Impl::Operations::ListOperations, request));
+  const auto fetch = [&](const google::longrunning::ListOperationsRequest& next) {
+    return impl_->Call(&Impl::Operations::ListOperations, next);
+  };
+  const auto take = [&](const google::longrunning::ListOperationsResponse& page) -> absl::Status {
     for (const google::longrunning::Operation& operation : page.operations()) {
       LBC_ASSIGN_OR_RETURN(Operation found, client::FromProto(operation));
       operations.push_back(impl_->NoteVersion(std::move(found)));
     }
-    request.set_page_token(page.next_page_token());
-  } while (!request.page_token().empty());
+    return absl::OkStatus();
+  };
+  LBC_RETURN_IF_ERROR(client::ForEachPage(request, fetch, take));
   return operations;
 }
 

@@ -5,6 +5,7 @@
 #include <random>
 
 #include "absl/strings/match.h"
+#include "absl/strings/str_cat.h"
 #include "absl/strings/str_split.h"
 #include "absl/time/clock.h"
 #include "client/src/connection/connection_failure.h"
@@ -17,9 +18,10 @@ namespace liquidblend::client {
 namespace {
 
 constexpr int kMaxMessageBytes = 1 << 30;  // a frame of some hundred million triangles
-constexpr int kConnectMs = 5000;           // then the address counts as one that cannot be reached
-constexpr int kResolveMs = 3000;           // for one look-up of a name, of any kind of address
-constexpr int kIdleMs = 5 * 60'000;        // then connections without a call end
+constexpr int kOnlyIdentity = 1 << GRPC_COMPRESS_NONE;
+constexpr int kConnectMs = 5000;     // then the address counts as one that cannot be reached
+constexpr int kResolveMs = 3000;     // for one look-up of a name, of any kind of address
+constexpr int kIdleMs = 5 * 60'000;  // then connections without a call end
 constexpr absl::Duration kGlance = absl::Milliseconds(50);
 constexpr absl::Duration kLongestLook = absl::Milliseconds(500);
 constexpr absl::Duration kHealthPatience = absl::Milliseconds(250);  // for a healthy server
@@ -28,14 +30,26 @@ constexpr absl::Duration kRepeatPause = absl::Milliseconds(20);
 constexpr int kMaxRepeats = 2;
 constexpr char kShuttingDown[] = "SHUTTING_DOWN";  // a reason of the server's (docs/errors.md)
 
-// Calls of one name go to all of its servers in turn that say that they are healthy.
+// Part of a service config: answers have at most 64 MiB, those that hold a frame kMaxMessageBytes.
+constexpr char kLimits[] = R"("methodConfig": [
+  {"name": [{}], "maxResponseMessageBytes": 67108864},
+  {"name": [{"service": "liquidblend.v1.LiquidBlend", "method": "GetFrame"},
+            {"service": "liquidblend.v1.LiquidBlend", "method": "GetAnimationFrame"},
+            {"service": "liquidblend.v1.LiquidBlend", "method": "StreamFrames"}],
+   "maxResponseMessageBytes": 1073741824}])";
+
+// Likewise: calls of one name go to all of its servers in turn that say that they are healthy.
 constexpr char kBalanced[] =
-    R"({"loadBalancingConfig": [{"round_robin": {}}], "healthCheckConfig": {"serviceName": ""}})";
+    R"("loadBalancingConfig": [{"round_robin": {}}], "healthCheckConfig": {"serviceName": ""})";
 
 grpc::ChannelArguments ArgumentsFor(const ConnectOptions& options, const std::string& address) {
   grpc::ChannelArguments arguments;
   arguments.SetInt(GRPC_ARG_CLIENT_IDLE_TIMEOUT_MS, kIdleMs);
   arguments.SetMaxReceiveMessageSize(kMaxMessageBytes);
+  // gRPC compares the size of a compressed answer with the limit before it decompresses it. Our
+  // servers compress none.
+  arguments.SetInt(GRPC_ARG_ENABLE_PER_MESSAGE_DECOMPRESSION, 0);
+  arguments.SetInt(GRPC_COMPRESSION_CHANNEL_ENABLED_ALGORITHMS_BITSET, kOnlyIdentity);
   arguments.SetInt(GRPC_ARG_ENABLE_RETRIES, 0);  // the client counts its own
   arguments.SetInt(GRPC_ARG_INITIAL_RECONNECT_BACKOFF_MS, 100);
   arguments.SetInt(GRPC_ARG_MAX_RECONNECT_BACKOFF_MS, 2000);
@@ -88,12 +102,15 @@ absl::StatusOr<std::unique_ptr<Servers>> Servers::Open(const ConnectOptions& opt
                        CredentialsOf(options.security));
   for (const std::string& address : AddressesIn(options.target)) {
     LBC_RETURN_IF_ERROR(CheckTokenIsSafe(options.security, address));
-    grpc::ChannelArguments arguments = ArgumentsFor(options, address);
-    servers->unchecked_.push_back(std::make_unique<Server>(
-        address, grpc::CreateCustomChannel(address, credentials, arguments)));
-    arguments.SetServiceConfigJSON(kBalanced);
-    servers->servers_.push_back(std::make_unique<Server>(
-        address, grpc::CreateCustomChannel(address, credentials, arguments)));
+    // A second service config for the same arguments would not count.
+    const auto open = [&](const std::string& service_config) {
+      grpc::ChannelArguments arguments = ArgumentsFor(options, address);
+      arguments.SetServiceConfigJSON(service_config);
+      return std::make_unique<Server>(address,
+                                      grpc::CreateCustomChannel(address, credentials, arguments));
+    };
+    servers->unchecked_.push_back(open(absl::StrCat("{", kLimits, "}")));
+    servers->servers_.push_back(open(absl::StrCat("{", kBalanced, ", ", kLimits, "}")));
     servers->servers_.back()->unchecked = servers->unchecked_.back().get();
   }
   servers->next_ = std::random_device{}();  // so that programs of one call spread, too

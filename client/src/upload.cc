@@ -81,7 +81,7 @@ absl::StatusOr<std::vector<std::string>> Client::Impl::SendDirectly(
   std::vector<std::string> blobs;
   if (!options.direct_transfers) return blobs;
   UploadProgress progress = StartProgress(files);
-  client::Http http(options.security.storage_ca);
+  client::Http http(options.security.storage_ca, client::HostsOf(options.target));
   const auto sent = [&](int64_t bytes) {
     progress.bytes_sent += bytes;
     if (report) report(progress);

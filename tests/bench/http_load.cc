@@ -84,7 +84,7 @@ absl::StatusOr<Got> Get(client::Http& http, const std::string& url) {
 
 ClientReport Call(const Flags& flags, int client, const std::stop_token& stop) {
   ClientReport report;
-  client::Http http("");
+  client::Http http("", client::HttpHosts::kAny);
   Popularity popularity(flags);
   std::minstd_rand random(flags.seed * 1000 + static_cast<unsigned>(client));
   Turns turns(flags.per_second, stop);
@@ -120,7 +120,7 @@ bool Load(const Flags& flags) {
 // Whether all addresses give the same bytes and tags. Each is asked twice: a cache has the frame
 // then.
 absl::StatusOr<bool> Compare(const Flags& flags) {
-  client::Http http("");
+  client::Http http("", client::HttpHosts::kAny);
   int num_different = 0;
   for (int k = 0; k < flags.frames; ++k) {
     std::map<std::string, int> answers;

@@ -187,7 +187,7 @@ class BalanceTest : public E2eTest {
   }
 
   static std::string Get(const Replica& replica, const std::string& path) {
-    client::Http http("");
+    client::Http http("", client::HttpHosts::kAny);
     std::string body;
     const auto answer =
         http.Get(absl::StrCat("http://", replica.http, path), [&](absl::string_view bytes) {

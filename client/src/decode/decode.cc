@@ -13,7 +13,6 @@
 #include "client/src/decode/draco_mesh.h"
 #include "client/src/decode/draco_size.h"
 #include "client/src/decode/meshopt_decoder.h"
-#include "client/src/status_macros.h"
 
 namespace liquidblend {
 namespace {
@@ -92,7 +91,7 @@ absl::Status TakeAttribute(const draco::PointAttribute* attribute, uint32_t num_
 }  // namespace
 
 absl::StatusOr<DracoMesh> DecodeDracoMesh(const std::string& draco_bytes) {
-  LBC_RETURN_IF_ERROR(client::CheckDracoSize(draco_bytes));
+  if (absl::Status status = client::CheckDracoSize(draco_bytes); !status.ok()) return status;
   draco::DecoderBuffer buffer;
   buffer.Init(draco_bytes.data(), draco_bytes.size());
   draco::Decoder decoder;
@@ -107,14 +106,17 @@ absl::StatusOr<DracoMesh> DecodeDracoMesh(const std::string& draco_bytes) {
   }
   DracoMesh out;
   const uint32_t num_points = draco_mesh->num_points();
-  LBC_RETURN_IF_ERROR(TakeAttribute(positions, num_points, &out.mesh.positions, &out.position_id));
-  LBC_RETURN_IF_ERROR(TakeAttribute(draco_mesh->GetNamedAttribute(draco::GeometryAttribute::NORMAL),
-                                    num_points, &out.mesh.normals, &out.normal_id));
-  LBC_RETURN_IF_ERROR(TakeAttribute(FindNamed(*draco_mesh, "velocity"), num_points,
-                                    &out.mesh.velocities, &out.velocity_id));
-  LBC_RETURN_IF_ERROR(
-      TakeAttribute<4>(FindNamed(*draco_mesh, "rest"), num_points, &out.mesh.rest, &out.rest_id));
-  LBC_RETURN_IF_ERROR(CopyTriangles(*draco_mesh, &out.mesh));
+  const absl::Status statuses[] = {
+      TakeAttribute(positions, num_points, &out.mesh.positions, &out.position_id),
+      TakeAttribute(draco_mesh->GetNamedAttribute(draco::GeometryAttribute::NORMAL), num_points,
+                    &out.mesh.normals, &out.normal_id),
+      TakeAttribute(FindNamed(*draco_mesh, "velocity"), num_points, &out.mesh.velocities,
+                    &out.velocity_id),
+      TakeAttribute<4>(FindNamed(*draco_mesh, "rest"), num_points, &out.mesh.rest, &out.rest_id),
+      CopyTriangles(*draco_mesh, &out.mesh)};
+  for (const absl::Status& status : statuses) {
+    if (!status.ok()) return status;
+  }
   return out;
 }
 

@@ -3,7 +3,12 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <cmath>
+#include <limits>
 #include <string>
+#include <utility>
+
+#include "google/rpc/error_details.pb.h"
 
 namespace liquidblend::client {
 namespace {
@@ -51,6 +56,47 @@ TEST(FamilyFromProto, RefusesPointsThatDoNotFit) {
   family = SampleFamily();
   family.mutable_parameter_space()->mutable_points(1)->add_values(4.0);
   EXPECT_THAT(ErrorOf(family), HasSubstr("2 values at a point, and its parameters are 1"));
+}
+
+// Loops over frames end at the duration.
+TEST(FamilyFromProto, RefusesDurationsAndRatesThatAreNone) {
+  constexpr double kInfinity = std::numeric_limits<double>::infinity();
+  for (const double value : {std::nan(""), kInfinity, -1.0}) {
+    v1::Family family = SampleFamily();
+    family.set_duration_s(value);
+    EXPECT_THAT(ErrorOf(family), HasSubstr("about drops has a duration of"));
+    family = SampleFamily();
+    family.set_frames_per_second(value);
+    EXPECT_THAT(ErrorOf(family), HasSubstr("a frame rate of"));
+    v1::Animation animation;
+    animation.set_frames_per_second(value);
+    EXPECT_TRUE(absl::IsDataLoss(FromProto(animation).status()));
+  }
+}
+
+// protobuf's JSON writer calls itself for each.
+TEST(FamilyFromProto, LeavesDetailsOutThatHoldOthersWithoutEnd) {
+  google::protobuf::Any detail;
+  for (int k = 0; k < 20'000; ++k) {
+    google::protobuf::Any outer;
+    outer.set_type_url("type.googleapis.com/google.protobuf.Any");
+    outer.set_value(detail.SerializeAsString());
+    detail = std::move(outer);
+  }
+  v1::Family family = SampleFamily();
+  google::rpc::Status& error = *family.mutable_failed_registration()->mutable_error();
+  error.set_code(9);
+  *error.add_details() = detail;
+  google::rpc::ErrorInfo info;
+  info.set_reason("TOO_LARGE");
+  error.add_details()->PackFrom(info);
+  const absl::StatusOr<Family> read = FromProto(family);
+  ASSERT_TRUE(read.ok()) << read.status();
+  EXPECT_THAT(read->json, HasSubstr("TOO_LARGE"));
+  EXPECT_LT(read->json.size(), 1000);
+  v1::Animation animation;
+  *animation.mutable_error() = error;
+  EXPECT_THAT(FromProto(animation)->json, HasSubstr("TOO_LARGE"));
 }
 
 TEST(OperationFromProto, RefusesAFamilyWhosePointsDoNotFit) {

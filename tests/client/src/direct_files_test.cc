@@ -145,7 +145,8 @@ TEST_F(DirectFilesTest, StoredFilesAreGotAndChecked) {
 
   v1::PresignDownloadResponse wrong;
   wrong.set_url(*s3_->PresignDownload(blob, absl::Minutes(15)));
-  client::Http http("");
+  wrong.set_size_bytes(12);
+  client::Http http("", client::HttpHosts::kAny);
   const std::string other = folder_.path() + "/b.file";
   for (const std::string& checksum :
        {"sha256-" + std::string(64, '0'), "xxh3-" + std::string(32, '0')}) {
@@ -155,6 +156,15 @@ TEST_F(DirectFilesTest, StoredFilesAreGotAndChecked) {
     EXPECT_FALSE(std::filesystem::exists(other));
     EXPECT_FALSE(std::filesystem::exists(other + ".part"));
   }
+  for (const int size : {11, 13}) {
+    wrong.set_checksum(blob);
+    wrong.set_size_bytes(size);
+    EXPECT_THAT(
+        client::GetFromUrl(http, wrong, other),
+        Fails(Code::kDataLoss, size == 11 ? "more than the 11 bytes" : "1 bytes are missing"));
+    EXPECT_FALSE(std::filesystem::exists(other));
+  }
+  wrong.set_size_bytes(12);
   // Of an older store.
   store::BlobHasher hasher(store::HashKind::kXxh3_128);
   hasher.Add(store::AsBytes("an animation"));
