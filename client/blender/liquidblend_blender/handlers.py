@@ -1,11 +1,9 @@
 """When meshes change: at frames, at changes of the scene, and when files are loaded."""
 
-import traceback
-
 import bpy
 from bpy.app.handlers import persistent
 
-from . import playback, settings
+from . import playback, settings, words
 
 
 def _guarded(work, *arguments):
@@ -13,7 +11,7 @@ def _guarded(work, *arguments):
     try:
         return work(*arguments)
     except Exception:
-        traceback.print_exc()
+        words.tell_trace()
         return False
 
 

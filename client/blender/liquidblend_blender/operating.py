@@ -1,6 +1,6 @@
 """What operators share."""
 
-from . import tasks
+from . import tasks, words
 
 
 def liquid_of(context):
@@ -28,6 +28,6 @@ def start_task(operator, title, work):
     try:
         tasks.start(title, work)
     except RuntimeError as error:
-        operator.report({'ERROR'}, str(error))
+        operator.report({'ERROR'}, words.of_error(error))
         return {'CANCELLED'}
     return {'FINISHED'}

@@ -6,7 +6,7 @@ import tempfile
 import bpy
 from bpy.props import BoolProperty, EnumProperty, FloatProperty, StringProperty
 
-from . import ask, bake, bake_files, connection, playback, send, tasks
+from . import ask, bake, bake_files, connection, playback, send, tasks, words
 from . import settings as settings_module
 from .operating import OfIdleLiquid, OfLiquid, liquid_of, start_task
 
@@ -40,8 +40,9 @@ def connect(operator, object):
         with playback.held():
             text = describe(object)
     except Exception as error:
-        playback.state_of(object).error = str(error)
-        operator.report({'ERROR'}, str(error))
+        why = words.of_error(error)
+        playback.state_of(object).error = why
+        operator.report({'ERROR'}, why)
         return False
     playback.refresh_object(object)
     operator.report({'INFO'}, text)

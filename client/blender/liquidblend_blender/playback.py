@@ -11,7 +11,7 @@ from typing import Optional
 
 import bpy
 
-from . import ask, connection, preferences, settings, surface
+from . import ask, connection, preferences, settings, surface, words
 from .cache import SurfaceCache
 
 AHEAD = 6  # frames that are made ahead
@@ -114,8 +114,8 @@ def _tell_missing(object, error):
     """A frame that is missing leaves an empty mesh, never that of another frame."""
     state = state_of(object)
     _write(object, None, surface.EMPTY)
-    state.shown, state.error = None, str(error)
-    print(f"liquidblend: {object.name}: no frame: {error}", file=sys.stderr, flush=True)
+    state.shown, state.error = None, words.of_error(error)
+    words.tell(f"{object.name}: no frame: {state.error}")
 
 
 # ---- the viewport
@@ -127,7 +127,7 @@ def _show_newest(object, request):
     try:
         made = cache().peek(request)
     except Exception as error:
-        state.error = str(error)
+        state.error = words.of_error(error)
         made = None
     if made is not None:
         _write(object, request, made)
@@ -157,7 +157,7 @@ def _newest_that_is_there(state):
         try:
             made = cache().peek(state.pending[at])
         except Exception as error:
-            state.error = str(error)
+            state.error = words.of_error(error)
             continue
         if made is not None:
             request = state.pending[at]
@@ -236,7 +236,7 @@ def _tell_unwritten(object, why, is_render):
     if object.liquidblend.fps > 0.0 or is_render:  # otherwise the panel says to connect
         state_of(object).error = why
     if is_render:
-        print(f"liquidblend: {object.name}: no frame: {why}", file=sys.stderr, flush=True)
+        words.tell(f"{object.name}: no frame: {why}")
     return not is_render
 
 
@@ -297,7 +297,7 @@ def end_render():
     """A render in the background ends before it writes a wrong picture: a farm sees the status.
     Blender has no way to stop a render from a handler. Its own end would free what the renderer is
     in the midst of, so there is none."""
-    print("liquidblend: the render ends, exit status 1", file=sys.stderr, flush=True)
+    words.tell("the render ends, exit status 1")
     sys.stdout.flush()
     if os.name == "posix":
         ctypes.CDLL(None).fflush(None)  # what Blender has printed

@@ -4,13 +4,13 @@ import bpy
 from bpy.props import (BoolProperty, CollectionProperty, EnumProperty, FloatProperty, IntProperty,
                        PointerProperty, StringProperty)
 
-from . import mapping
+from . import mapping, words
 
 _family_names = []  # of the server that was asked last
 
 
 def set_family_names(names):
-    _family_names[:] = names
+    _family_names[:] = [name for name in names if words.clean(name) == name]
 
 
 def _suggest_families(_settings, _context, _text):

@@ -1,9 +1,10 @@
 """Work that takes long: on a thread in Blender's window, at once in the background."""
 
 import threading
-import traceback
 
 import bpy
+
+from . import words
 
 
 class Cancelled(Exception):
@@ -25,7 +26,7 @@ class Task:
 
     def report(self, stage, fraction):
         """What is being done; ends the task if the user has stopped it."""
-        self.stage, self.fraction = stage, fraction
+        self.stage, self.fraction = words.clean(stage), fraction
         if self.is_cancelled:
             raise Cancelled("stopped")
 
@@ -35,9 +36,9 @@ class Task:
         except Cancelled:
             self.error = "stopped"
         except Exception as error:
-            self.error = str(error) or type(error).__name__
+            self.error = words.of_error(error)
             if isinstance(error, (TypeError, AttributeError, LookupError, NameError)):
-                traceback.print_exc()
+                words.tell_trace()
         self.is_done = True
 
 

@@ -759,4 +759,4 @@ class Correspondences(LiquidTest):
 
 
 if __name__ == "__main__":
-    run("__main__", "bake_test", "token_test")
+    run("__main__", "bake_test", "token_test", "hostile_test")

@@ -1,0 +1,126 @@
+"""Tests of what a server can do that means ill, run in Blender by addon_test.py. A scene's file names
+its server, and anybody may have made the file."""
+
+import contextlib
+import io
+import types
+from unittest import mock
+
+import bpy
+from in_blender import add_liquid, module, package
+from liquid_testing import LiquidTest, state_of
+
+SERVER = "evil.example:443"
+COMMANDS = "\x1b[2J\r\n\x9b31m"  # to a terminal
+
+
+def error_of(name, message):
+    return getattr(package(), name)(package().Status.UNKNOWN, message)
+
+
+def make_family(targets=(), parameters=(), points=()):
+    return types.SimpleNamespace(
+        up=package().Up.Z, duration=1.0, frames_per_second=24.0, version=1, targets=targets,
+        parameters=parameters, points=points)
+
+
+class FakeClient:
+    """Stands in for the package's Client: a server that answers what a test says."""
+
+    family_found = None
+    message = "no frames"
+    holds_up = None  # an event that answers wait for
+
+    def __init__(self, *_arguments, **_options):
+        pass
+
+    def families(self):
+        if self.holds_up:
+            self.holds_up.wait(20.0)
+        return ["drops"]
+
+    def family(self, _name, _version):
+        return self.family_found
+
+    def frame(self, *_arguments, **_options):
+        raise error_of("NotFound", self.message)
+
+
+class HostileTest(LiquidTest):
+    def setUp(self):
+        super().setUp()
+        patch = mock.patch.object(package(), "Client", FakeClient)
+        patch.start()
+        self.addCleanup(patch.stop)
+        self.addCleanup(module("playback").forget)
+        self.liquid = add_liquid(kind='SERVER', server=SERVER)
+        with module("playback").held():
+            self.liquid.liquidblend.family = "drops"
+
+    def connect(self, *targets, **family):
+        with mock.patch.object(FakeClient, "family_found", make_family(targets, **family)):
+            bpy.ops.liquidblend.connect()
+
+    def keys(self):
+        return [control.key for control in self.liquid.liquidblend.controls]
+
+
+class Words(HostileTest):
+    def written(self, work):
+        """What is written to stderr meanwhile."""
+        with contextlib.redirect_stderr(io.StringIO()) as stderr:
+            work()
+        return stderr.getvalue()
+
+    def assert_has_no_commands(self, text):
+        self.assertIn("?[2J???31m", text)
+        self.assertTrue(text.rstrip("\n").isprintable(), ascii(text))
+
+    def assert_is_a_trace_without_commands(self, text):
+        """A trace has lines, and a text may begin others."""
+        self.assertIn("?[2J?\n?31m", text)
+        self.assertTrue(all(line.isprintable() for line in text.split("\n")), ascii(text))
+
+    def test_of_a_frame_that_is_missing(self):
+        self.connect("drops_b")
+        with mock.patch.object(FakeClient, "message", f"none{COMMANDS}"):
+            self.assert_has_no_commands(self.written(lambda: self.scene.frame_set(7)))
+        self.assert_has_no_commands(state_of(self.liquid).error)
+
+    def test_of_a_connection_that_fails(self):
+        def refuse(_client):
+            raise error_of("PermissionDenied", COMMANDS)
+
+        with mock.patch.object(FakeClient, "families", refuse):
+            with self.assertRaises(RuntimeError) as raised:
+                bpy.ops.liquidblend.connect()
+        self.assertIn("?[2J???31m", str(raised.exception))
+        self.assertNotIn("\x1b", str(raised.exception))
+        self.assert_has_no_commands(state_of(self.liquid).error)
+
+    def test_of_a_task(self):
+        task = module("tasks").Task("send")
+        task.run(lambda report: report(COMMANDS, 0.5))
+        self.assert_has_no_commands(task.stage)
+
+        def fail(_report):
+            try:
+                raise error_of("NotFound", COMMANDS)
+            finally:
+                raise TypeError("this is not expected")
+
+        written = self.written(lambda: task.run(fail))
+        self.assertIn("TypeError: this is not expected", written)
+        self.assert_is_a_trace_without_commands(written)
+
+    def test_of_a_handler_that_fails(self):
+        def fail():
+            raise error_of("NotFound", COMMANDS)
+
+        written = self.written(lambda: module("handlers")._guarded(fail))
+        self.assert_is_a_trace_without_commands(written)
+
+    def test_of_families_are_suggested_if_they_are_names(self):
+        settings = module("settings")
+        settings.set_family_names(["drops", COMMANDS])
+        self.assertEqual(settings._suggest_families(None, None, ""), ["drops"])
