@@ -26,10 +26,10 @@ def describe(object):
         if not settings.family.strip():
             raise ValueError(f"choose a family: {', '.join(names) or 'the server has none'}")
     facts = connection.describe(ask.origin_of(settings))
+    settings_module.set_controls(object, facts.controls)  # first, as it may refuse them
     settings.published_version = facts.version
     settings.up, settings.fps = facts.up, facts.frames_per_second
     settings.duration_s = facts.duration_s
-    settings_module.set_controls(object, facts.controls)
     return f"{facts.duration_s:.2f} s, {len(facts.controls)} weights or parameters"
 
 

@@ -1,11 +1,15 @@
 """What an object remembers of its liquid, in the scene's file."""
 
+import math
+
 import bpy
 from bpy.props import (BoolProperty, CollectionProperty, EnumProperty, FloatProperty, IntProperty,
                        PointerProperty, StringProperty)
 
 from . import mapping, words
 
+_MAX_CONTROLS = 1000
+_MAX_KEY_BYTES = 63  # of the name of a custom property
 _family_names = []  # of the server that was asked last
 
 
@@ -79,6 +83,7 @@ class LiquidSettings(bpy.types.PropertyGroup):
                          update=_changed)
 
     controls: CollectionProperty(type=LiquidControl)
+    former_controls: CollectionProperty(type=LiquidControl)  # whose custom properties are there yet
     up: EnumProperty(name="Up of the family", update=_changed, default='z',
                      description="Which of the family's axes becomes the scene's z",
                      items=tuple((up, up, "") for up in mapping.UPS))
@@ -133,17 +138,69 @@ def liquids_of(scene):
             if object.type == 'MESH' and object.liquidblend.enabled]
 
 
+def _key_of(name):
+    """As much of a name as the name of a custom property may have."""
+    return name.encode()[:_MAX_KEY_BYTES].decode(errors="ignore")
+
+
+def _is_of_an_add_on(object, key):
+    """Until Blender 5 an add-on's values are custom properties of the same names. Who puts a number
+    in the place of a group of them frees what the add-on reads."""
+    found = object.bl_rna.properties.get(key)
+    return found is not None and found.is_runtime
+
+
+def _check_control(object, control, our_keys):
+    name, _, *numbers = control
+    key, shown = _key_of(name), f"weight or parameter '{words.clean(name, 80)}'"
+    if not key or words.clean(name) != name:
+        raise ValueError(f"{shown}: that is no name")
+    if not all(math.isfinite(number) for number in numbers):
+        raise ValueError(f"{shown}: its range is not of numbers")
+    if _is_of_an_add_on(object, key):
+        raise ValueError(f"{shown}: an add-on's values have that name")
+    value = object.get(key)
+    if value is not None and not (key in our_keys and isinstance(value, (int, float))):
+        raise ValueError(f"{shown}: the object has another custom property of that name; rename or "
+                         "remove it")
+
+
+def _check_controls(object, controls):
+    """Names are a server's, and become those of custom properties, where the user's and those of
+    other add-ons are, too."""
+    if len(controls) > _MAX_CONTROLS:
+        raise ValueError(f"{len(controls)} weights or parameters, which may be {_MAX_CONTROLS}")
+    settings = object.liquidblend
+    our_keys = {control.key for control in settings.controls}
+    our_keys.update(control.key for control in settings.former_controls)
+    for control in controls:
+        _check_control(object, control, our_keys)
+
+
+def _forget_controls(object):
+    """Custom properties of former controls stay, for when the family is chosen again."""
+    settings = object.liquidblend
+    former = {control.key for control in settings.former_controls}
+    for control in settings.controls:
+        if control.key not in former:
+            settings.former_controls.add().key = control.key
+    settings.controls.clear()
+
+
 def set_controls(object, controls):
     """Makes the custom properties of weights and parameters; values that are there stay.
 
     controls  (name, is parameter, default, smallest, largest, soft smallest, soft largest) each
+    Raises ValueError, and changes nothing, if a name is not fit for a custom property, or is that
+    of a property which the add-on has not made.
     """
+    _check_controls(object, controls)
+    _forget_controls(object)
     settings = object.liquidblend
-    settings.controls.clear()
     for name, is_parameter, default, smallest, largest, soft_min, soft_max in controls:
         control = settings.controls.add()
         control.name, control.is_parameter = name, is_parameter
-        control.key = name[:63]  # the longest name of a custom property
+        control.key = _key_of(name)
         value = object.get(control.key)
         value = float(value) if isinstance(value, (int, float)) else default
         object[control.key] = min(max(value, smallest), largest)

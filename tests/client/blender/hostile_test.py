@@ -65,6 +65,67 @@ class HostileTest(LiquidTest):
         return [control.key for control in self.liquid.liquidblend.controls]
 
 
+class Names(HostileTest):
+    def assert_refused(self, *targets, why, **family):
+        """Nothing changes, and the panel tells why."""
+        before, keys = list(self.liquid.keys()), self.keys()
+        with self.assertRaisesRegex(RuntimeError, why):
+            self.connect(*targets, **family)
+        self.assertRegex(state_of(self.liquid).error, why)
+        self.assertEqual((list(self.liquid.keys()), self.keys()), (before, keys))
+
+    def test_do_not_replace_values_of_add_ons(self):
+        self.connect("drops_b")
+        self.liquid.cycles.use_camera_cull = True
+        for name in ("cycles", "liquidblend"):
+            self.assert_refused("drops_c", name, why=f"'{name}': an add-on's values")
+            self.assertTrue(self.liquid.cycles.use_camera_cull)
+
+    def test_do_not_replace_values_of_add_ons_that_are_gone(self):
+        self.liquid["gone"] = {"size": 3.0}
+        self.assert_refused("gone", why="'gone': the object has another custom property")
+        self.assertEqual(self.liquid["gone"]["size"], 3.0)
+
+    def test_do_not_change_the_users_own_properties(self):
+        self.liquid["mass"] = 12.0
+        self.assert_refused("mass", why="'mass': the object has another custom property")
+        self.assertEqual(self.liquid["mass"], 12.0)
+
+    def test_of_controls_that_are_there_no_more_are_known_again(self):
+        self.connect("drops_b", "drops_c")
+        self.liquid["drops_b"] = 0.5
+        self.liquid["drops_c"] = 1  # as scripts do
+        for targets in (("drops_b", "drops_c"), ("other",), (), ("drops_c", "drops_b")):
+            self.connect(*targets)
+            self.assertEqual(self.keys(), list(targets))
+        self.assertEqual((self.liquid["drops_b"], self.liquid["drops_c"]), (0.5, 1.0))
+        self.assertEqual(len(self.liquid.liquidblend.former_controls), 3)
+
+    def test_that_blender_has_for_other_things_are_fit(self):
+        self.connect("scale", "location")
+        self.assertEqual(self.keys(), ["scale", "location"])
+        self.assertEqual(tuple(self.liquid.scale), (1.0, 1.0, 1.0))
+
+    def test_are_cut_between_characters(self):
+        names = ("é" * 40, "水" * 40, "a" * 70)
+        self.connect(*names)
+        self.assertEqual(self.keys(), ["é" * 31, "水" * 21, "a" * 63])
+        self.assertEqual([c.name for c in self.liquid.liquidblend.controls], list(names))
+
+    def test_that_are_none_are_refused(self):
+        for name in ("", COMMANDS, "a" * 100000):
+            self.assert_refused("drops_b", name, why="that is no name")
+
+    def test_are_a_thousand_at_most(self):
+        self.connect(*(f"drops_{i}" for i in range(1000)))
+        self.assert_refused(*(f"drops_{i}" for i in range(1001)), why="1001 weights")
+
+    def test_of_ranges_without_numbers_are_refused(self):
+        for number in (float("nan"), float("inf")):
+            self.assert_refused(parameters=("height",), points=((number,), (1.0,)),
+                                why="'height': its range")
+
+
 class Words(HostileTest):
     def written(self, work):
         """What is written to stderr meanwhile."""
