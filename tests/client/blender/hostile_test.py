@@ -3,6 +3,7 @@ its server, and anybody may have made the file."""
 
 import contextlib
 import io
+import time
 import types
 from unittest import mock
 
@@ -185,3 +186,31 @@ class Words(HostileTest):
         settings = module("settings")
         settings.set_family_names(["drops", COMMANDS])
         self.assertEqual(settings._suggest_families(None, None, ""), ["drops"])
+
+
+class Answers(HostileTest):
+    def test_that_time_is_up_at_once_leave_a_task_that_can_be_stopped(self):
+        cancelled, num_waits, begin = [], [], time.monotonic()
+
+        class Job:
+            state = types.SimpleNamespace(done=False, waiting_for="", stage="queued", fraction=0.0)
+
+            def wait(self, _progress, timeout):
+                num_waits.append(timeout)
+                if len(num_waits) > 100:
+                    raise AssertionError("it asks without end")
+                raise package().DeadlineExceeded(package().Status.DEADLINE_EXCEEDED, "at once")
+
+            def cancel(self):
+                cancelled.append(True)
+
+        task, connection = module("tasks").Task("register"), module("connection")
+
+        def report(stage, fraction):
+            task.is_cancelled = len(num_waits) == 3
+            task.report(stage, fraction)
+
+        with mock.patch.object(connection, "_LOOK_S", 0.05):
+            task.run(lambda _report: connection._watch(Job(), report))
+        self.assertEqual((task.error, cancelled, len(num_waits)), ("stopped", [True], 3))
+        self.assertGreaterEqual(time.monotonic() - begin, 0.15, "it asks without a pause")
