@@ -5,6 +5,7 @@ import contextlib
 import dataclasses
 import importlib
 import os
+import queue
 import sys
 import threading
 import time
@@ -17,6 +18,7 @@ from .tasks import Cancelled
 _VENDOR = os.path.join(os.path.dirname(os.path.abspath(__file__)), "vendor")
 _WEIGHT_RANGE = (-1.0, 2.0)  # a server takes no others
 _SHORT_CONNECT_S = 2.0
+_ANSWER_S = 10.0  # that Blender's window waits for an answer at Connect
 _LOOK_S = 0.5  # how often a task looks whether the user has stopped it
 _RETRY_S = 0.5
 _MAX_PLAYERS = 4  # each holds a file's index
@@ -211,9 +213,34 @@ def make_surface(request, is_patient):
 # ---- facts
 
 
+def _answered(ask, origin):
+    """What ask() returns, made on a thread of its own: Connect holds up Blender's window, and a
+    server may answer late, or in many pages. Nobody waits for the thread after _ANSWER_S."""
+    answers = queue.SimpleQueue()
+
+    def work():
+        try:
+            answers.put((ask(), None))
+        except BaseException as error:
+            answers.put((None, error))
+
+    threading.Thread(target=work, daemon=True, name="liquidblend").start()
+    try:
+        answer, error = answers.get(timeout=_ANSWER_S)
+    except queue.Empty:
+        raise TimeoutError(f"no answer of {trust.servers_of(origin.place)} within {_ANSWER_S:g} s"
+                           ) from None
+    if error is not None:
+        raise error
+    return answer
+
+
 def family_names(origin):
-    with _client_of(origin, False) as client:
-        return client.families()
+    def ask():
+        with _client_of(origin, False) as client:
+            return client.families()
+
+    return _answered(ask, origin)
 
 
 def _family_of(origin):
@@ -222,8 +249,12 @@ def _family_of(origin):
         return _player_of(origin.place, attributes).family
     if not origin.family:
         raise ValueError("no family is chosen")
-    with _client_of(origin, False) as client:
-        return client.family(origin.family, origin.version)
+
+    def ask():
+        with _client_of(origin, False) as client:
+            return client.family(origin.family, origin.version)
+
+    return _answered(ask, origin)
 
 
 def _up_of(family):
@@ -265,15 +296,20 @@ def _watch(job, report):
     def tell(state):
         report(state.waiting_for or state.stage, state.fraction)
 
-    while True:
-        try:
-            return job.wait(tell, timeout=_LOOK_S)
-        except package().DeadlineExceeded:
-            if job.state.done:
-                raise
-        except Cancelled:
-            job.cancel()
-            raise
+    try:
+        while True:
+            next_look = time.monotonic() + _LOOK_S
+            try:
+                return job.wait(tell, timeout=_LOOK_S)
+            except package().DeadlineExceeded:
+                if job.state.done:
+                    raise
+            # A server may say at once that its time is up, before wait() has told anything.
+            time.sleep(max(next_look - time.monotonic(), 0.0))
+            tell(job.state)
+    except Cancelled:
+        job.cancel()
+        raise
 
 
 def import_animation(origin, animation, folder, options, report):

@@ -3,6 +3,7 @@ its server, and anybody may have made the file."""
 
 import contextlib
 import io
+import threading
 import time
 import types
 from unittest import mock
@@ -189,6 +190,16 @@ class Words(HostileTest):
 
 
 class Answers(HostileTest):
+    def test_that_do_not_come_hold_up_the_window_for_a_while_only(self):
+        connection, released = module("connection"), threading.Event()
+        self.addCleanup(released.set)
+        begin = time.monotonic()
+        with mock.patch.object(FakeClient, "holds_up", released), \
+                mock.patch.object(connection, "_ANSWER_S", 0.2):
+            with self.assertRaisesRegex(RuntimeError, f"no answer of {SERVER} within 0.2 s"):
+                bpy.ops.liquidblend.connect()
+        self.assertLess(time.monotonic() - begin, 10.0)
+
     def test_that_time_is_up_at_once_leave_a_task_that_can_be_stopped(self):
         cancelled, num_waits, begin = [], [], time.monotonic()
 
