@@ -41,7 +41,8 @@ def make_surface(arrays, up="z", velocity_scale=1.0):
         values = arrays.get(name)
         return None if values is None else mapping.to_scene_axes(values, up)
 
-    triangles = np.ascontiguousarray(arrays["triangles"], np.uint32).reshape(-1, 3)
+    triangles = _with_three_corners(
+        np.ascontiguousarray(arrays["triangles"], np.uint32).reshape(-1, 3))
     velocities = turned("velocities")
     if velocities is not None and velocity_scale != 1.0:
         velocities = velocities * np.float32(velocity_scale)
@@ -53,6 +54,14 @@ def make_surface(arrays, up="z", velocity_scale=1.0):
         rest_positions=None if rest is None else mapping.to_scene_axes(rest[:, :3], up),
         rest_times=None if rest is None else np.ascontiguousarray(rest[:, 3], np.float32),
         edges=edges, corner_edges=corner_edges)
+
+
+def _with_three_corners(triangles):
+    """Without those that have a vertex twice. A surface has none, but a server may send any, and
+    Blender crashes where one has no edges."""
+    a, b, c = triangles.T
+    has_three = (a != b) & (b != c) & (c != a)
+    return triangles if has_three.all() else np.ascontiguousarray(triangles[has_three])
 
 
 def _order_of(keys, num_keys):

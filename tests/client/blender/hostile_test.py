@@ -9,6 +9,7 @@ import types
 from unittest import mock
 
 import bpy
+import numpy as np
 from in_blender import add_liquid, module, package
 from liquid_testing import LiquidTest, state_of
 
@@ -225,3 +226,21 @@ class Answers(HostileTest):
             task.run(lambda _report: connection._watch(Job(), report))
         self.assertEqual((task.error, cancelled, len(num_waits)), ("stopped", [True], 3))
         self.assertGreaterEqual(time.monotonic() - begin, 0.15, "it asks without a pause")
+
+
+class Triangles(LiquidTest):
+    def test_with_a_vertex_twice_are_left_out(self):
+        """Blender 3.4.1 crashes where it finds no edges."""
+        positions = np.float32([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]])
+        surface = module("surface")
+        for triangles in ([[2, 2, 2]], [[0, 1, 1], [0, 0, 1], [1, 0, 1]],
+                          [[0, 0, 0], [0, 1, 2], [3, 3, 1]]):
+            whole = [t for t in triangles if len(set(t)) == 3]
+            made = surface.make_surface({"positions": positions, "triangles": np.uint32(triangles),
+                                         "normals": positions})
+            self.assertEqual(made.triangles.tolist(), whole)
+            mesh = bpy.data.meshes.new("test")
+            surface.write_mesh(mesh, made, 'NORMALS')
+            self.assertEqual(len(mesh.polygons), len(whole))
+            self.assertFalse(mesh.validate())
+            bpy.data.meshes.remove(mesh)
