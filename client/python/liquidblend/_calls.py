@@ -3,18 +3,19 @@
 from __future__ import annotations
 
 import ctypes
+import json
 import numbers
 import os
 import queue
 import threading
-from typing import Any, Callable, Generic, Iterable, List, Mapping, Optional, Sequence, TypeVar
-from typing import Union
+from typing import Any, Callable, Generic, Iterable, List, Mapping, Optional, Sequence, Type
+from typing import TypeVar, Union
 
 import numpy as np
 from numpy.typing import NDArray
 
 from . import _native
-from .errors import check, invalid_argument
+from .errors import Status, check, invalid_argument, make_error
 
 Result = TypeVar("Result")
 _LONGEST_SLEEP = 0.1  # seconds
@@ -133,6 +134,29 @@ def make_some(name: str, free: str, *arguments: Any) -> _native.Handle:
     handle = make(name, free, *arguments)
     assert handle is not None, f"{name} gave no handle"
     return handle
+
+
+def parse(text: bytes, kind: Type[Result]) -> Result:
+    """The value of a JSON text that the library has made of a server's words.
+
+    Raises: DataLoss if it is no JSON, or of another kind.
+    """
+    try:
+        value = json.loads(text)
+    except (ValueError, RecursionError) as error:
+        raise make_error(Status.DATA_LOSS, f"no JSON: {_native.printable(str(error))}") from None
+    if not isinstance(value, kind):
+        found = type(value).__name__
+        raise make_error(Status.DATA_LOSS, f"JSON of a {found}, not of a {kind.__name__}")
+    return value
+
+
+def parse_names(text: bytes) -> List[str]:
+    """The names of a JSON array, likewise."""
+    names = parse(text, list)
+    if not all(isinstance(name, str) for name in names):
+        raise make_error(Status.DATA_LOSS, "JSON of a list that is not of names")
+    return [_native.printable(name) for name in names]
 
 
 def encode(text: str, name: str) -> bytes:

@@ -9,6 +9,7 @@ from __future__ import annotations
 import ctypes
 import os
 import pathlib
+import re
 import threading
 from ctypes import CFUNCTYPE, POINTER, c_char_p, c_double, c_float, c_int32, c_int64
 from ctypes import c_size_t, c_uint32, c_void_p
@@ -392,6 +393,20 @@ def library() -> ctypes.CDLL:
 def function(name: str) -> Callable[..., Any]:
     found: Callable[..., Any] = getattr(library(), name)
     return found
+
+
+# Control characters, of which some are commands to a terminal; ends of lines; half characters.
+_UNFIT = re.compile("[\x00-\x1f\x7f-\x9f\u2028\u2029\ud800-\udfff]")
+
+
+def printable(text: str) -> str:
+    """The text on one line, with "?" for what no name or message of an honest server has."""
+    return _UNFIT.sub("?", text)
+
+
+def text_of(value: bytes) -> str:
+    """A printable text of the library's. A server may have said it, in any bytes."""
+    return printable(value.decode(errors="replace"))
 
 
 def vector(values: Any) -> Tuple[float, float, float]:

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import ctypes
-import json
 from typing import Any, Dict, Iterable, List, Mapping, Optional, Sequence, Union
 
 from . import _native
 from ._calls import Caller, ClientHandle, Path, Weights, doubles, encode, encode_optional
-from ._calls import encode_path, invoke, make_some, parameters_of, texts, weights_of
+from ._calls import encode_path, invoke, make_some, parameters_of, parse, parse_names, texts
+from ._calls import weights_of
 from ._closing import Closing
 from .connection import Connection
 from .errors import invalid_argument
@@ -90,7 +90,7 @@ class Client(Closing):
         handle = client.interruptible(
             lambda: make_some("lb_client_get_animation", "lb_text_free", client.pointer, text)
         )
-        return dict(json.loads(_json_of(handle)))
+        return parse(_json_of(handle), dict)
 
     def rollback_family(self, name: str, version: int) -> Family:
         """Publishes a kept version again, as the newest one, which it returns."""
@@ -315,7 +315,7 @@ class Client(Closing):
         handle = client.interruptible(
             lambda: make_some(function, "lb_text_free", client.pointer)
         )
-        return list(json.loads(_json_of(handle)))
+        return parse_names(_json_of(handle))
 
     def _ids(self, function: str) -> List[str]:
         return [id_of(name) for name in self._names(function)]

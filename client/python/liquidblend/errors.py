@@ -152,6 +152,6 @@ def check(code: int) -> None:
     """Raises what the last call of this thread that failed says, if `code` is an error."""
     if code == Status.OK:
         return
-    message = _native.function("lb_last_error")().decode()
-    reason = _native.function("lb_last_error_reason")().decode()
+    message = _native.text_of(_native.function("lb_last_error")())
+    reason = _native.text_of(_native.function("lb_last_error_reason")())
     raise make_error(code, message, reason)

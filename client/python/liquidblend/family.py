@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import ctypes
 import enum
-import json
 from dataclasses import dataclass, field
 from typing import Any, Dict, Tuple, Union
 
 import numpy as np
 
 from . import _native
+from ._calls import parse
 
 Vector = Tuple[float, float, float]
 OptionValue = Union[bool, int, float, str, np.bool_, "np.number[Any]"]
@@ -108,18 +108,18 @@ def family_of(describe: str, handle: _native.Handle) -> Family:
     size = info.num_parameters
     count = 1 + info.num_targets if size > 0 else 0
     return Family(
-        name=id_of(info.name.decode()),
+        name=id_of(_native.text_of(info.name)),
         version=info.version,
-        source=id_of(info.source.decode()),
-        targets=tuple(id_of(name.decode()) for name in info.targets[: info.num_targets]),
+        source=id_of(_native.text_of(info.source)),
+        targets=tuple(id_of(_native.text_of(name)) for name in info.targets[: info.num_targets]),
         duration=info.duration_s,
         frames_per_second=info.frames_per_second,
         up=up_of(info.up),
         bounds=(_native.vector(info.bounds_min), _native.vector(info.bounds_max)),
         levels=info.num_levels,
-        parameters=tuple(name.decode() for name in info.parameters[:size]),
+        parameters=tuple(_native.text_of(name) for name in info.parameters[:size]),
         points=tuple(tuple(info.points[size * n : size * (n + 1)]) for n in range(count)),
-        raw=json.loads(info.json or b"{}"),
+        raw=parse(info.json or b"{}", dict),
     )
 
 

@@ -49,17 +49,17 @@ def state_of(handle: _native.Handle) -> JobState:
     info = _native.OperationInfo()
     _native.function("lb_operation_describe")(handle.pointer, ctypes.byref(info))
     return JobState(
-        name=info.name.decode(),
-        subject=id_of(info.subject.decode()),
-        stage=info.stage.decode(),
+        name=_native.text_of(info.name),
+        subject=id_of(_native.text_of(info.subject)),
+        stage=_native.text_of(info.stage),
         fraction=info.fraction,
         seconds_elapsed=info.seconds_elapsed,
         seconds_left=info.seconds_left or None,
         done=bool(info.done),
         status=status_of(info.status),
-        error=info.error.decode(),
-        reason=info.reason.decode(),
-        waiting_for=info.waiting_for.decode(),
+        error=_native.text_of(info.error),
+        reason=_native.text_of(info.reason),
+        waiting_for=_native.text_of(info.waiting_for),
         version=info.version,
         grade=grade_of(info.grade),
     )

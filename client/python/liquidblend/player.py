@@ -71,7 +71,9 @@ class Player(Closing):
         self._messages: List[str] = []
         messages = self._messages
         # Python's own functions are called after the poll, so that their exceptions are raised.
-        self._on_log = _native.LogFunction(lambda user, text: messages.append(text.decode()))
+        self._on_log = _native.LogFunction(
+            lambda user, text: messages.append(_native.text_of(text))
+        )
         if log is not None:
             options.log = self._on_log
         self._opened: Optional[_native.Handle] = self._interruptible(

@@ -3,10 +3,12 @@
 import pickle
 import re
 import pathlib
+import types
 import unittest
+from unittest import mock
 
 import liquidblend
-from liquidblend import errors, family
+from liquidblend import _native, client, errors, family, player
 
 HEADER = pathlib.Path(__file__).resolve().parents[3] / "client/include/liquidblend/liquidblend.h"
 
@@ -38,6 +40,55 @@ class ErrorTest(unittest.TestCase):
         for code in (4, 5):
             error = pickle.loads(pickle.dumps(errors.make_error(code, "why", "REASON")))
             self.assertEqual((error.code, error.message, error.reason), (code, "why", "REASON"))
+
+
+class HostileTest(unittest.TestCase):
+    """A server may say anything: whatever it is, it is an Error, and no command to a terminal."""
+
+    def test_a_message_may_have_any_bytes(self):
+        said = {"lb_last_error": b"no \xff\xc3( drops", "lb_last_error_reason": b"GONE\x80"}
+        with mock.patch.object(_native, "function", lambda name: lambda: said[name]):
+            with self.assertRaises(liquidblend.NotFound) as raised:
+                errors.check(5)
+        self.assertEqual(raised.exception.message, "no \ufffd\ufffd( drops")
+        self.assertEqual(raised.exception.reason, "GONE\ufffd")
+
+    def test_a_text_has_no_control_characters(self):
+        said = "drops\r\n\x1b[2J\x00\x7f\x9b\u2028 \u00e9\u6c34".encode()
+        self.assertEqual(_native.text_of(said), "drops???[2J???? \u00e9\u6c34")
+
+    def test_a_players_log_may_have_any_bytes(self):
+        with mock.patch.object(player, "make_some"), mock.patch.object(player, "family_of"):
+            played = liquidblend.Player(_native.PlayerOptions(), 0, print)
+        played._on_log(None, b"lost: \xff\x1b[2J")
+        self.assertEqual(played._messages, ["lost: \ufffd?[2J"])
+
+    def ask(self, text, method, *arguments):
+        """What a method of a client gives or raises if the library gives it a JSON text."""
+        made = object.__new__(liquidblend.Client)
+        made._opened = types.SimpleNamespace(interruptible=lambda call: call(), pointer=None)
+        with mock.patch.object(client, "make_some"), \
+                mock.patch.object(client, "_json_of", lambda _: text):
+            return getattr(made, method)(*arguments)
+
+    def test_a_damaged_json_is_data_loss(self):
+        for text in (b'["families/a"b"]', b"", b"[", b'["\xff"]', b"[" * 100000):
+            with self.assertRaisesRegex(liquidblend.DataLoss, "no JSON"):
+                self.ask(text, "families")
+            with self.assertRaisesRegex(liquidblend.DataLoss, "no JSON"):
+                self.ask(text, "animation", "a")
+        for text in (b"{}", b"3", b"null", b'"drops"'):
+            with self.assertRaisesRegex(liquidblend.DataLoss, "not of a list"):
+                self.ask(text, "operations")
+        with self.assertRaisesRegex(liquidblend.DataLoss, "not of a dict"):
+            self.ask(b"[]", "animation", "a")
+
+    def test_a_list_of_other_things_than_names_is_data_loss(self):
+        for text in (b"[1]", b'["families/a",null]', b"[[]]"):
+            with self.assertRaisesRegex(liquidblend.DataLoss, "names"):
+                self.ask(text, "families")
+        names = rb'["families/a\u001b", "families/\ud800"]'
+        self.assertEqual(self.ask(names, "families"), ["a?", "?"])
 
 
 class UnknownNumberTest(unittest.TestCase):
