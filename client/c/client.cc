@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "absl/strings/str_format.h"
 #include "absl/strings/str_join.h"
 #include "client/c/error.h"
 #include "client/c/handles.h"
@@ -14,13 +15,29 @@
 namespace liquidblend::c_api {
 namespace {
 
-// The names of resources as a JSON array. Names need no escapes.
+// The text in JSON, with its quotation marks. A server may have said it: protobuf has checked that
+// it is UTF-8, and nobody that it is a name.
+std::string JsonOf(const std::string& text) {
+  std::string json = "\"";
+  for (const char c : text) {
+    if (c == '"' || c == '\\') {
+      absl::StrAppend(&json, "\\", std::string(1, c));
+    } else if (static_cast<unsigned char>(c) < 0x20) {
+      absl::StrAppendFormat(&json, "\\u%04x", static_cast<int>(c));
+    } else {
+      json += c;
+    }
+  }
+  return json + "\"";
+}
+
+// The names of resources as a JSON array.
 template <typename Resource>
 absl::StatusOr<std::string> NamesOf(const absl::StatusOr<std::vector<Resource>>& resources) {
   if (!resources.ok()) return resources.status();
   std::vector<std::string> names;
   for (const Resource& resource : *resources) {
-    names.push_back(absl::StrCat("\"", resource.name, "\""));
+    names.push_back(JsonOf(resource.name));
   }
   return absl::StrCat("[", absl::StrJoin(names, ","), "]");
 }

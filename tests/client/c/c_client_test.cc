@@ -1,5 +1,6 @@
 // The C API with a server: clients, streams, jobs.
 #include <gmock/gmock.h>
+#include <grpcpp/grpcpp.h>
 #include <gtest/gtest.h>
 
 #include <chrono>
@@ -8,6 +9,8 @@
 #include <thread>
 #include <vector>
 
+#include "absl/strings/str_cat.h"
+#include "liquidblend/v1/liquidblend.grpc.pb.h"
 #include "tests/client/c/c_testing.h"
 #include "tests/client/fake_server.h"
 
@@ -96,6 +99,48 @@ TEST_F(ClientTest, ListsNamesAsJson) {
   ASSERT_EQ(lb_client_list_families(client_, &text), LB_OK) << LastError();
   EXPECT_THAT(lb_text_get(text), HasSubstr("\"families/drops\""));
   lb_text_free(text);
+}
+
+// A server with one family, which may have any name.
+class NamingServer : public v1::LiquidBlend::Service {
+ public:
+  explicit NamingServer(std::string name) : name_(std::move(name)) {
+    grpc::ServerBuilder builder;
+    builder.AddListeningPort("127.0.0.1:0", grpc::InsecureServerCredentials(), &port_);
+    builder.RegisterService(this);
+    server_ = builder.BuildAndStart();
+  }
+  ~NamingServer() override { server_->Shutdown(std::chrono::system_clock::now()); }
+
+  grpc::Status ListFamilies(grpc::ServerContext*, const v1::ListFamiliesRequest*,
+                            v1::ListFamiliesResponse* response) override {
+    response->add_families()->set_name(name_);
+    return grpc::Status::OK;
+  }
+
+  std::string target() const { return absl::StrCat("127.0.0.1:", port_); }
+
+ private:
+  const std::string name_;
+  int port_ = 0;
+  std::unique_ptr<grpc::Server> server_;
+};
+
+TEST(Names, OfAHostileServerAreTextsOfTheJson) {
+  const std::string name =
+      absl::StrCat("families/\"],\\ \x1b[2J\n", std::string(1, '\0'), "\x1f \u6c34");
+  const NamingServer server(name);
+  auto options = Sized<lb_connect_options>();
+  const std::string target = server.target();
+  options.target = target.c_str();
+  lb_client* client = nullptr;
+  ASSERT_EQ(lb_client_connect(&options, &client), LB_OK) << LastError();
+  lb_text* text = nullptr;
+  ASSERT_EQ(lb_client_list_families(client, &text), LB_OK) << LastError();
+  EXPECT_STREQ(lb_text_get(text), R"(["families/\"],\\ \u001b[2J\u000a\u0000\u001f )"
+                                  "\u6c34\"]");
+  lb_text_free(text);
+  lb_client_free(client);
 }
 
 TEST_F(ClientTest, GetsAFrame) {
