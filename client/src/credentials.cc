@@ -1,9 +1,13 @@
 #include "client/src/credentials.h"
 
+#include <fcntl.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <algorithm>
 #include <cerrno>
 #include <cstring>
-#include <fstream>
-#include <iterator>
+#include <string>
 
 #include "absl/strings/match.h"
 #include "absl/strings/str_cat.h"
@@ -13,19 +17,61 @@
 namespace liquidblend::client {
 namespace {
 
+constexpr size_t kMaxPemBytes = 1 << 20;  // a system's authorities are a fifth of that
+
+class OpenFile {
+ public:
+  // Does not wait for a FIFO's other end.
+  explicit OpenFile(const std::string& path)
+      : descriptor_(::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK)) {}
+  ~OpenFile() {
+    if (descriptor_ >= 0) ::close(descriptor_);
+  }
+  OpenFile(const OpenFile&) = delete;
+  OpenFile& operator=(const OpenFile&) = delete;
+
+  bool is_open() const { return descriptor_ >= 0; }
+  bool IsRegular() const {
+    struct stat about;
+    return ::fstat(descriptor_, &about) == 0 && S_ISREG(about.st_mode);
+  }
+  // Appends the rest of the file, up to `max_bytes`; false: errno says why.
+  bool Read(size_t max_bytes, std::string& text) const {
+    char chunk[16 << 10];
+    while (text.size() < max_bytes) {
+      const ssize_t count =
+          ::read(descriptor_, chunk, std::min(sizeof chunk, max_bytes - text.size()));
+      if (count == 0) return true;
+      if (count > 0) text.append(chunk, static_cast<size_t>(count));
+      if (count < 0 && errno != EINTR) return false;
+    }
+    return true;
+  }
+
+ private:
+  const int descriptor_;
+};
+
 // The text of a PEM file that has a `label`, such as "CERTIFICATE"; "" of "". gRPC would not tell a
-// wrong file from a server that does not answer.
+// wrong file from a server that does not answer. A scene's file may name the path, and so a device
+// or a FIFO that has no end.
 absl::StatusOr<std::string> ReadPem(const char* field, const char* label, const std::string& path) {
   if (path.empty()) return std::string();
-  std::ifstream file(path, std::ios::binary);
-  if (!file) {
-    return absl::NotFoundError(
-        absl::StrCat(field, ": ", path, " cannot be read: ", std::strerror(errno)));
-  }
-  std::string text((std::istreambuf_iterator<char>(file)), std::istreambuf_iterator<char>());
+  const auto invalid = [&](const std::string& what) {
+    return absl::InvalidArgumentError(absl::StrCat(field, ": ", path, " ", what));
+  };
+  const auto unreadable = [&] {
+    const std::string why = std::strerror(errno);
+    return absl::NotFoundError(absl::StrCat(field, ": ", path, " cannot be read: ", why));
+  };
+  const OpenFile file(path);
+  if (!file.is_open()) return unreadable();
+  if (!file.IsRegular()) return invalid("is no regular file");
+  std::string text;
+  if (!file.Read(kMaxPemBytes + 1, text)) return unreadable();
+  if (text.size() > kMaxPemBytes) return invalid("is larger than 1 MiB");
   if (absl::StrContains(text, absl::StrCat(label, "-----"))) return text;
-  return absl::InvalidArgumentError(
-      absl::StrCat(field, ": ", path, " has no PEM block of a ", label));
+  return invalid(absl::StrCat("has no PEM block of a ", label));
 }
 
 }  // namespace

@@ -11,7 +11,8 @@
 
 namespace liquidblend::client {
 
-// Errors: kNotFound if a file cannot be read, by name.
+// Errors: kNotFound if a file cannot be read, kInvalidArgument if it is no regular file of at most
+// 1 MiB with a PEM block of its kind; by name.
 absl::StatusOr<std::shared_ptr<grpc::ChannelCredentials>> CredentialsOf(
     const SecurityOptions& options);
 

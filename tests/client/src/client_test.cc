@@ -2,6 +2,7 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <sys/stat.h>
 
 #include <functional>
 #include <set>
@@ -88,6 +89,35 @@ TEST(ClientConnect, NamesAFileWithoutACertificate) {
   EXPECT_EQ(status.code(), absl::StatusCode::kInvalidArgument);
   EXPECT_THAT(std::string(status.message()),
               HasSubstr("key.pem has no PEM block of a CERTIFICATE"));
+}
+
+TEST(ClientConnect, ReadsCertificatesOfRegularFilesOnly) {
+  const TempDir dir;
+  const std::string fifo = dir.File("fifo.pem");
+  ASSERT_EQ(::mkfifo(fifo.c_str(), 0600), 0);
+  for (const std::string& path : {fifo, std::string("/dev/zero"), dir.path()}) {
+    ConnectOptions options;
+    options.security.tls_ca = path;
+    const absl::Status status = Client::Connect(options).status();
+    EXPECT_EQ(status.code(), absl::StatusCode::kInvalidArgument);
+    EXPECT_THAT(std::string(status.message()),
+                HasSubstr("tls_ca: " + path + " is no regular file"));
+  }
+}
+
+TEST(ClientConnect, ReadsCertificatesUpToALimit) {
+  const TempDir dir;
+  const std::string block = "-----BEGIN CERTIFICATE-----\n";
+  ConnectOptions options;
+  options.target = "127.0.0.1:1";
+  options.connect_timeout = absl::Milliseconds(1);
+  options.security.tls_ca =
+      dir.Write("most.pem", block + std::string((1 << 20) - block.size(), '\n'));
+  EXPECT_EQ(Client::Connect(options).status().code(), absl::StatusCode::kUnavailable);
+  options.security.tls_ca = dir.Write("big.pem", block + std::string(1 << 20, '\n'));
+  const absl::Status status = Client::Connect(options).status();
+  EXPECT_EQ(status.code(), absl::StatusCode::kInvalidArgument);
+  EXPECT_THAT(std::string(status.message()), HasSubstr("big.pem is larger than 1 MiB"));
 }
 
 TEST_F(ClientTest, UploadSendsEveryByteInChunksOfAtMostTheSizeAsked) {
