@@ -164,7 +164,11 @@ absl::StatusOr<std::vector<double>> PlanColumns(const RenderFlags& flags, const 
   return times;
 }
 
-std::string BaseId(const std::string& name) { return name.substr(name.find('/') + 1); }
+// Of a name as long as the server likes: the picture is as wide as its labels.
+std::string BaseId(const std::string& name) {
+  constexpr size_t kMaxLetters = 64;
+  return name.substr(name.find('/') + 1, kMaxLetters);
+}
 
 // The parameters a line each; or the weights, and the animation that they give back, if they do.
 std::string RowLabel(const Blend& blend, const Family& family) {
@@ -248,7 +252,7 @@ absl::Status RunRender(const RenderFlags& flags, const Context& context) {
   LBC_RETURN_IF_ERROR(sheet.status());
   bar.Update(1.0, "done", "done");
   bar.Finish();
-  const Image image = render::Compose(*sheet);
+  LBC_ASSIGN_OR_RETURN(const Image image, render::Compose(*sheet));
   LBC_ASSIGN_OR_RETURN(const std::string png, render::ToPng(image));
   LBC_RETURN_IF_ERROR(WriteFile(flags.output, png));
   context.Print(absl::StrCat(flags.output, ": ", image.width, " x ", image.height, " pixels"));

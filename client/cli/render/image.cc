@@ -31,6 +31,11 @@ void Paste(const Image& source, int x, int y, Image* target) {
 }
 
 absl::StatusOr<std::string> ToPng(const Image& image) {
+  if (int64_t{image.width} * image.height > kMaxPixels) {
+    return absl::InvalidArgumentError(absl::StrCat("a picture of ", image.width, " x ",
+                                                   image.height, " pixels has more than the ",
+                                                   kMaxPixels, " that fit into a file"));
+  }
   std::string png;
   const auto append = [](void* bytes, void* data, int size) {
     static_cast<std::string*>(bytes)->append(static_cast<const char*>(data),

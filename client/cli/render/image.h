@@ -29,7 +29,8 @@ struct Image {
 // Copies `source` with its top left at (x, y), cut at the edges.
 void Paste(const Image& source, int x, int y, Image* target);
 
-// Draws a line of ASCII text with its top left at (x, y); a line is 12 x scale pixels high.
+// Draws ASCII text with its top left at (x, y); a line is 12 x scale pixels high. Other bytes are
+// drawn as '?', and those after the first 10,000 are not.
 void DrawText(const std::string& text, int x, int y, int scale, Color color, Image* image);
 
 // Width in pixels of what DrawText draws.
@@ -37,7 +38,11 @@ int TextWidth(const std::string& text, int scale);
 
 inline constexpr int kTextHeight = 12;  // times scale; descenders included
 
-// Bytes of a PNG file.  Errors: kInternal.
+// A PNG of more may overflow sizes in the library, which are of int: its buffer doubles as it
+// grows.
+inline constexpr int64_t kMaxPixels = int64_t{1} << 27;
+
+// Bytes of a PNG file.  Errors: kInternal, kInvalidArgument (more than kMaxPixels).
 absl::StatusOr<std::string> ToPng(const Image& image);
 
 }  // namespace liquidblend::render

@@ -1,6 +1,10 @@
 #include "client/cli/render/sheet.h"
 
 #include <algorithm>
+#include <cstdint>
+
+#include "absl/strings/str_cat.h"
+#include "client/src/status_macros.h"
 
 namespace liquidblend::render {
 namespace {
@@ -19,9 +23,19 @@ struct Layout {
   int left = 0;  // of the first picture
   int top = 0;
 
+  // Requires of X() and Y(): CheckSize().
   int X(int column) const { return left + column * (tile_width + kGap); }
   int Y(int row) const { return top + row * (tile_height + kGap); }
 };
+
+absl::Status CheckSize(const Layout& layout) {
+  const int64_t width = layout.left + int64_t{layout.num_columns} * (layout.tile_width + kGap);
+  const int64_t height = layout.top + int64_t{layout.num_rows} * (layout.tile_height + kGap);
+  if (width <= kMaxPixels && height <= kMaxPixels / width) return absl::OkStatus();
+  return absl::InvalidArgumentError(absl::StrCat("a sheet of ", width, " x ", height,
+                                                 " pixels has more than ", kMaxPixels,
+                                                 "; choose smaller pictures (--size) or fewer"));
+}
 
 int NumLines(const std::string& text) {
   return 1 + static_cast<int>(std::count(text.begin(), text.end(), '\n'));
@@ -67,8 +81,9 @@ void DrawLabels(const Sheet& sheet, const Layout& layout, Image* image) {
 
 }  // namespace
 
-Image Compose(const Sheet& sheet) {
+absl::StatusOr<Image> Compose(const Sheet& sheet) {
   const Layout layout = MakeLayout(sheet);
+  LBC_RETURN_IF_ERROR(CheckSize(layout));
   Image image(layout.X(layout.num_columns), layout.Y(layout.num_rows), kPaper);
   for (int row = 0; row < layout.num_rows; ++row) {
     const std::vector<Image>& tiles = sheet.rows[static_cast<size_t>(row)];

@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "absl/status/statusor.h"
 #include "client/cli/render/image.h"
 
 namespace liquidblend::render {
@@ -16,6 +17,7 @@ struct Sheet {
   std::vector<std::string> column_labels;  // above each column
 };
 
-Image Compose(const Sheet& sheet);
+// Errors: kInvalidArgument (more than kMaxPixels).
+absl::StatusOr<Image> Compose(const Sheet& sheet);
 
 }  // namespace liquidblend::render

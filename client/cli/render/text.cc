@@ -10,6 +10,18 @@ namespace {
 
 constexpr size_t kBytesPerLetter = 300;  // stb_easy_font.h: 270 on average
 
+// Bytes of a text that are drawn: widths and sizes of buffers stay far below those of an int.
+constexpr size_t kMaxBytes = 10000;
+
+// The library has 95 letters and looks others up outside of its table.
+std::string Drawable(const std::string& text) {
+  std::string drawable = text.substr(0, kMaxBytes);
+  for (char& c : drawable) {
+    if (c != '\n' && (c < ' ' || c > '~')) c = '?';
+  }
+  return drawable;
+}
+
 struct BoxCorner {
   float x;
   float y;
@@ -26,8 +38,8 @@ void FillBox(int left, int top, int right, int bottom, Color color, Image* image
 }  // namespace
 
 void DrawText(const std::string& text, int x, int y, int scale, Color color, Image* image) {
-  std::vector<BoxCorner> corners((text.size() + 1) * kBytesPerLetter / sizeof(BoxCorner));
-  std::string line = text;  // the library takes a char*, though it does not write
+  std::string line = Drawable(text);  // the library takes a char*, though it does not write
+  std::vector<BoxCorner> corners((line.size() + 1) * kBytesPerLetter / sizeof(BoxCorner));
   const int num_boxes = stb_easy_font_print(0.0f, 0.0f, line.data(), nullptr, corners.data(),
                                             static_cast<int>(corners.size() * sizeof(BoxCorner)));
   for (int box = 0; box < num_boxes; ++box) {
@@ -40,7 +52,7 @@ void DrawText(const std::string& text, int x, int y, int scale, Color color, Ima
 }
 
 int TextWidth(const std::string& text, int scale) {
-  std::string line = text;
+  std::string line = Drawable(text);
   return scale * stb_easy_font_width(line.data());
 }
 

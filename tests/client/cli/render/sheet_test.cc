@@ -17,11 +17,17 @@ int Count(const Image& image, Color color) {
   return count;
 }
 
+Image ComposeOk(const Sheet& sheet) {
+  const absl::StatusOr<Image> image = Compose(sheet);
+  EXPECT_TRUE(image.ok()) << image.status();
+  return image.ok() ? *image : Image();
+}
+
 TEST(Sheet, ShowsEveryPictureWholeAlsoInAShorterRow) {
   Sheet sheet;
   sheet.rows = {{Image(20, 10, kRed), Image(20, 10, kRed), Image(20, 10, kRed)},
                 {Image(20, 10, kGreen)}};
-  const Image image = Compose(sheet);
+  const Image image = ComposeOk(sheet);
   EXPECT_EQ(Count(image, kRed), 3 * 200);
   EXPECT_EQ(Count(image, kGreen), 200);
 }
@@ -29,15 +35,41 @@ TEST(Sheet, ShowsEveryPictureWholeAlsoInAShorterRow) {
 TEST(Sheet, MakesRoomForLabelsAndDrawsThem) {
   Sheet sheet;
   sheet.rows = {{Image(40, 30, kRed)}};
-  const Image bare = Compose(sheet);
+  const Image bare = ComposeOk(sheet);
   sheet.row_labels = {"weight 0.5\ndrops"};
   sheet.column_labels = {"1 s"};
-  const Image labelled = Compose(sheet);
+  const Image labelled = ComposeOk(sheet);
   EXPECT_GE(labelled.width, bare.width + TextWidth("weight 0.5", 1));
   EXPECT_GE(labelled.height, bare.height + kTextHeight);
   EXPECT_EQ(Count(labelled, kRed), 40 * 30) << "labels do not cover pictures";
   constexpr Color kPaper{255, 255, 255};
   EXPECT_LT(Count(labelled, kPaper), labelled.width * labelled.height - 40 * 30 - 50);
+}
+
+TEST(Sheet, RefusesMorePixelsThanAPictureHolds) {
+  Sheet sheet;
+  sheet.rows.assign(15000, {Image(1, 10, kRed)});
+  sheet.row_labels = {std::string(80'000, 'x')};  // drawn cut
+  EXPECT_TRUE(absl::IsInvalidArgument(Compose(sheet).status()));
+  // More than 2^32 in height, and in all.
+  sheet = {};
+  sheet.rows.assign(1, {Image(1, 1, kRed)});
+  sheet.rows[0][0].height = 2'000'000'000;
+  sheet.rows.resize(3);
+  EXPECT_TRUE(absl::IsInvalidArgument(Compose(sheet).status()));
+  EXPECT_TRUE(absl::IsInvalidArgument(ToPng(sheet.rows[0][0]).status()));
+}
+
+// Each letter outside of the font is as wide as its substitute, and drawn as it.
+TEST(Image, TextThatTheFontHasNotIsDrawnAsQuestionMarks) {
+  const std::string strange = "a\xC3\xA4\x80\xFF\x01\x7F\x1B\r\t";
+  const std::string plain = "a?????????";
+  ASSERT_EQ(strange.size(), plain.size());
+  EXPECT_EQ(TextWidth(strange, 1), TextWidth(plain, 1));
+  Image image(200, 20, kRed), expected(200, 20, kRed);
+  DrawText(strange, 0, 0, 1, kGreen, &image);
+  DrawText(plain, 0, 0, 1, kGreen, &expected);
+  EXPECT_EQ(image.rgb, expected.rgb);
 }
 
 TEST(Image, TextStaysInsideItsLine) {
