@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <exception>
 #include <new>
 #include <utility>
 
@@ -210,6 +211,9 @@ absl::Status Player::Get(const FrameSpec& spec, std::shared_ptr<FrameMesh>& fram
   } catch (const std::bad_alloc&) {  // a thread of the player's must not end the program
     frame = nullptr;
     return absl::ResourceExhaustedError("no memory for a frame");
+  } catch (const std::exception& exception) {  // of a library, on data that it did not expect
+    frame = nullptr;
+    return absl::InternalError(absl::StrCat("a frame cannot be made: ", exception.what()));
   }
 }
 

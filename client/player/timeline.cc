@@ -32,6 +32,7 @@ void Timeline::SetLoop(bool loop, double now) {
 }
 
 void Timeline::Seek(double time_s, double now) {
+  if (std::isnan(time_s)) return;
   anchor_now_ = now;
   anchor_time_s_ = std::clamp(time_s, 0.0, duration_s_);
 }

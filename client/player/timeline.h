@@ -1,6 +1,8 @@
 // Timeline of a player: the program's clock -> the animation's time, and the blend at that time.
 #pragma once
 
+#include <cmath>
+
 #include "client/player/frame_source.h"
 
 namespace liquidblend::player {
@@ -9,8 +11,9 @@ namespace liquidblend::player {
 // is linear between two changes.  Threads: none.
 class Timeline {
  public:
-  // Requires: duration_s >= 0.
-  explicit Timeline(double duration_s) : duration_s_(duration_s) {}
+  // An animation whose duration is not positive and finite has one moment, 0.
+  explicit Timeline(double duration_s)
+      : duration_s_(duration_s > 0.0 && std::isfinite(duration_s) ? duration_s : 0.0) {}
 
   // The clock begins: changes before were at `now`.
   void Start(double now) { anchor_now_ = now; }
@@ -18,7 +21,7 @@ class Timeline {
   void SetRate(double rate, double now);  // seconds of the animation per second; may be negative
   void SetPlaying(bool playing, double now);
   void SetLoop(bool loop, double now);
-  void Seek(double time_s, double now);  // clamped to [0, duration_s]
+  void Seek(double time_s, double now);  // clamped to [0, duration_s]; NaN: nothing changes
 
   // In [0, duration_s]: without a loop it stays at the end that it has come to.
   double TimeAt(double now) const;

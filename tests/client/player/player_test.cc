@@ -5,9 +5,11 @@
 #include <algorithm>
 #include <atomic>
 #include <chrono>
+#include <cmath>
 #include <functional>
 #include <mutex>
 #include <set>
+#include <stdexcept>
 #include <thread>
 #include <vector>
 
@@ -21,10 +23,10 @@ constexpr size_t kVertices = 3000;
 // A source whose frames take no time, unless it is held.
 class FakeSource final : public FrameSource {
  public:
-  FakeSource() {
+  explicit FakeSource(double duration_s) {
     facts_.name = "splash";
     facts_.targets = {"b"};
-    facts_.duration_s = 2.0;
+    facts_.duration_s = duration_s;
     facts_.frames_per_second = 24.0;
     facts_.num_levels = 3;
   }
@@ -32,6 +34,7 @@ class FakeSource final : public FrameSource {
   absl::Status Get(const FrameSpec& spec, FramePool& pool, FrameMesh& out, FrameCost&) override {
     ++num_calls;
     std::this_thread::sleep_for(delay.load());
+    if (throws) throw std::length_error("of a library");
     const absl::Status status = error();
     if (!status.ok()) return status;
     // The size differs from frame to frame.
@@ -55,6 +58,7 @@ class FakeSource final : public FrameSource {
     error_ = std::move(error);
   }
   std::atomic<int> num_calls = 0;
+  std::atomic<bool> throws = false;
   std::atomic<std::chrono::milliseconds> delay = std::chrono::milliseconds(0);
 
  private:
@@ -84,8 +88,8 @@ struct CountedMemory {
 
 class PlayerTest : public ::testing::Test {
  protected:
-  void Start(PlayerOptions options = {}) {
-    auto source = std::make_unique<FakeSource>();
+  void Start(PlayerOptions options = {}, double duration_s = 2.0) {
+    auto source = std::make_unique<FakeSource>(duration_s);
     source_ = source.get();
     player_ = std::make_unique<Player>(std::move(source), options);
   }
@@ -178,6 +182,27 @@ TEST_F(PlayerTest, GoesOnByItselfWhenTheSourceComesBack) {
   EXPECT_LT(source_->num_calls - num_calls, 50) << "it waits between attempts";
   source_->SetError(absl::OkStatus());
   ASSERT_TRUE(PollUntil([&](const PolledFrame&) { return player_->statistics().last_error.ok(); }));
+}
+
+TEST_F(PlayerTest, SurvivesWhatALibraryThrows) {
+  Start();
+  source_->throws = true;
+  ASSERT_TRUE(PollUntil([](const PolledFrame& p) { return absl::IsInternal(p.error); }));
+  EXPECT_TRUE(absl::IsInternal(player_->WaitExact(1.0, 10.0).status()));
+  source_->throws = false;
+  EXPECT_TRUE(PollUntil([](const PolledFrame& p) { return p.frame != nullptr && p.error.ok(); }));
+}
+
+TEST_F(PlayerTest, AFamilyWithoutADurationIsOneFrameThatIsGotOnce) {
+  for (const double duration_s : {double{NAN}, -1.0, double{INFINITY}}) {
+    Start({}, duration_s);
+    player_->SetLoop(true);
+    player_->SetPlaying(true);
+    ASSERT_TRUE(PollUntil([](const PolledFrame& p) { return p.frame != nullptr; }));
+    for (int k = 0; k < 100; ++k) PollUntil([](const PolledFrame&) { return true; });
+    EXPECT_EQ(player_->Poll(now_).frame->facts.time_s, 0.0);
+    EXPECT_LE(source_->num_calls, 5) << duration_s;
+  }
 }
 
 TEST_F(PlayerTest, WaitsForTheExactFrame) {

@@ -3,6 +3,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <cmath>
+
 namespace liquidblend::player {
 namespace {
 
@@ -60,6 +62,24 @@ TEST(Timeline, SeeksWithinTheAnimation) {
   EXPECT_EQ(timeline.TimeAt(0.0), 2.0);
   timeline.Seek(-1.0, 0.0);
   EXPECT_EQ(timeline.TimeAt(0.0), 0.0);
+}
+
+// Whatever a server says, the time is a number and inside.
+TEST(Timeline, WithoutADurationHasOneMoment) {
+  for (const double duration_s : {-2.0, double{NAN}, double{INFINITY}, -double{INFINITY}}) {
+    for (const bool loops : {false, true}) {
+      Timeline timeline(duration_s);
+      timeline.SetLoop(loops, 0.0);
+      timeline.SetPlaying(true, 0.0);
+      timeline.Seek(1.0, 1.0);
+      EXPECT_EQ(timeline.TimeAt(3.0), 0.0) << duration_s;
+      EXPECT_EQ(timeline.SpeedAt(3.0), 0.0) << duration_s;
+    }
+  }
+  Timeline timeline(2.0);
+  timeline.Seek(1.0, 0.0);
+  timeline.Seek(NAN, 0.0);
+  EXPECT_EQ(timeline.TimeAt(0.0), 1.0);
 }
 
 BlendSpec Weights(std::vector<double> weights) {
