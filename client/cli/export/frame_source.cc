@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <utility>
 
+#include "absl/strings/str_cat.h"
 #include "client/src/status_macros.h"
 
 namespace liquidblend::cli {
@@ -13,18 +14,48 @@ namespace {
 // A time that lies this share of a frame after the end is still in the animation, as for streams.
 constexpr double kEndTolerance = 1e-6;
 
+// A stream may have so many frames more than are expected: the server's rounding is its own.
+constexpr int64_t kFramesMore = 2;
+
+std::string DescribeClock(const FrameClock& clock) {
+  return absl::StrCat(clock.duration_s, " s at ", clock.frames_per_second, " frames per second");
+}
+
+// Not for NaN, infinity and negative numbers either.
+absl::Status CheckClock(const FrameClock& clock) {
+  const double num_frames = clock.duration_s * clock.frames_per_second;
+  if (clock.duration_s >= 0.0 && clock.frames_per_second >= 0.0 &&
+      num_frames < static_cast<double>(kMaxExportedFrames)) {
+    return absl::OkStatus();
+  }
+  return absl::InvalidArgumentError(absl::StrCat(DescribeClock(clock), " are not between 1 and ",
+                                                 kMaxExportedFrames,
+                                                 " frames, which are exported at most"));
+}
+
+// Ends a stream of a server that does not.
 class StreamSource : public FrameSource {
  public:
-  explicit StreamSource(std::unique_ptr<FrameStream> stream) : stream_(std::move(stream)) {}
+  StreamSource(std::unique_ptr<FrameStream> stream, const FrameClock& clock)
+      : stream_(std::move(stream)),
+        clock_(clock),
+        num_left_(kFramesMore +
+                  static_cast<int64_t>(std::ceil(clock.duration_s * clock.frames_per_second))) {}
 
   absl::StatusOr<std::optional<Frame>> Next() override {
     LBC_ASSIGN_OR_RETURN(std::optional<StreamedFrame> streamed, stream_->Read());
     if (!streamed) return std::optional<Frame>();
+    if (num_left_-- == 0) {
+      return absl::DataLossError(
+          absl::StrCat("the server sends more frames than there are in ", DescribeClock(clock_)));
+    }
     return std::optional<Frame>(std::move(streamed->frame));
   }
 
  private:
   std::unique_ptr<FrameStream> stream_;
+  const FrameClock clock_;
+  int64_t num_left_;
 };
 
 class CurveSource : public FrameSource {
@@ -68,6 +99,7 @@ absl::StatusOr<std::unique_ptr<FrameSource>> OpenFrames(Client& client,
                                                         const StreamSettings& settings,
                                                         const BlendCurve& curve,
                                                         const FrameClock& clock) {
+  LBC_RETURN_IF_ERROR(CheckClock(clock));
   if (!curve.is_constant()) {
     return std::make_unique<CurveSource>(client, settings, curve, clock);
   }
@@ -80,7 +112,7 @@ absl::StatusOr<std::unique_ptr<FrameSource>> OpenFrames(Client& client,
   constant.loop = false;
   constant.lossless = true;
   LBC_ASSIGN_OR_RETURN(std::unique_ptr<FrameStream> stream, client.StreamFrames(constant));
-  return std::make_unique<StreamSource>(std::move(stream));
+  return std::make_unique<StreamSource>(std::move(stream), clock);
 }
 
 }  // namespace liquidblend::cli

@@ -1,6 +1,7 @@
 // Frames of an export, in the order of their times.
 #pragma once
 
+#include <cstdint>
 #include <memory>
 #include <optional>
 
@@ -13,21 +14,27 @@ namespace liquidblend::cli {
 class FrameSource {
  public:
   virtual ~FrameSource() = default;
-  // The next frame; std::nullopt after the last one.  Errors: the server's.
+  // The next frame; std::nullopt after the last one.  Errors: the server's, kDataLoss if it sends
+  // more frames than there are.
   virtual absl::StatusOr<std::optional<Frame>> Next() = 0;
 };
 
-// Times of the frames: each 1 / frames_per_second from 0 to duration_s.
+// Times of the frames: each 1 / frames_per_second from 0 to duration_s. Any numbers are safe, as
+// they may be a server's.
 struct FrameClock {
   double frames_per_second = 0.0;  // > 0
-  double duration_s = 0.0;
+  double duration_s = 0.0;         // >= 0
 };
+
+inline constexpr int64_t kMaxExportedFrames = 1'000'000;
 
 // All frames of a family. Those of a constant blend are streamed; along a curve, each is requested
 // with the blend of its time.
 //   settings  what the frames are like; frames_per_second is that of `clock`, or not set if it is
 //             the family's
 // `client` outlives the source.
+// Errors: kInvalidArgument if there are more than kMaxExportedFrames, or numbers of `clock` are out
+// of range.
 absl::StatusOr<std::unique_ptr<FrameSource>> OpenFrames(Client& client,
                                                         const StreamSettings& settings,
                                                         const BlendCurve& curve,
