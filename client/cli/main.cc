@@ -2,6 +2,7 @@
 #include <CLI/CLI.hpp>
 #include <cstdio>
 #include <cstdlib>
+#include <exception>
 #include <memory>
 #include <string>
 #include <vector>
@@ -140,7 +141,10 @@ int main(int argc, char** argv) {
       return liquidblend::cli::kExitUsage;
     }
     return app.exit(error) == 0 ? liquidblend::cli::kExitOk : liquidblend::cli::kExitUsage;
+  } catch (const std::exception& exception) {  // no memory, or of a library
+    context.status = liquidblend::cli::StatusOfException(exception);
   }
-  context.trace->End(app.get_subcommands().front()->get_name(), context.status);
+  const std::vector<CLI::App*> commands = app.get_subcommands();  // none: it threw before
+  if (!commands.empty()) context.trace->End(commands.front()->get_name(), context.status);
   return ReportStatus(context.status);
 }

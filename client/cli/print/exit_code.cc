@@ -1,6 +1,9 @@
 #include "client/cli/print/exit_code.h"
 
+#include <new>
+
 #include "absl/strings/cord.h"
+#include "absl/strings/str_cat.h"
 
 namespace liquidblend::cli {
 namespace {
@@ -13,6 +16,13 @@ absl::Status VerdictError(const std::string& message) {
   absl::Status status = absl::FailedPreconditionError(message);
   status.SetPayload(kVerdictUrl, absl::Cord());
   return status;
+}
+
+absl::Status StatusOfException(const std::exception& exception) {
+  if (dynamic_cast<const std::bad_alloc*>(&exception) != nullptr) {
+    return absl::ResourceExhaustedError("this machine has not enough memory for that");
+  }
+  return absl::InternalError(absl::StrCat("an unexpected error: ", exception.what()));
 }
 
 ExitCode ToExitCode(const absl::Status& status) {

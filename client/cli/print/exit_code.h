@@ -1,6 +1,7 @@
 // Exit statuses of the command.
 #pragma once
 
+#include <exception>
 #include <string>
 
 #include "absl/status/status.h"
@@ -29,6 +30,10 @@ inline constexpr char kExitCodeHelp[] =
 
 // An error that is kExitTooDifferent.
 absl::Status VerdictError(const std::string& message);
+
+// The status of a command that something thrown has ended: kResourceExhausted without memory, else
+// kInternal.
+absl::Status StatusOfException(const std::exception& exception);
 
 ExitCode ToExitCode(const absl::Status& status);
 

@@ -6,6 +6,7 @@
 namespace liquidblend::cli {
 
 Percentiles ComputePercentiles(std::vector<double> values) {
+  std::erase_if(values, [](double value) { return !std::isfinite(value); });  // NaN has no order
   if (values.empty()) return {};
   std::sort(values.begin(), values.end());
   const auto at = [&](double share) {
@@ -18,10 +19,12 @@ Percentiles ComputePercentiles(std::vector<double> values) {
 void StreamStats::AddFrame(const StreamedFrame& frame, absl::Time arrival) {
   if (arrivals_s_.empty()) first_ = arrival;
   arrivals_s_.push_back(absl::ToDoubleSeconds(arrival - first_));
-  due_s_.push_back(static_cast<double>(frame.frame_index + frame.num_dropped) / frames_per_second_);
+  const double number =
+      static_cast<double>(frame.frame_index) + static_cast<double>(frame.num_dropped);
+  due_s_.push_back(number / frames_per_second_);
   num_bytes_ += static_cast<int64_t>(frame.frame.data.size());
   num_dropped_ = frame.num_dropped;
-  const auto level = static_cast<size_t>(std::max(0, frame.level_of_detail));
+  const auto level = static_cast<size_t>(std::clamp(frame.level_of_detail, 0, kMaxLevels - 1));
   if (level >= frames_by_level_.size()) frames_by_level_.resize(level + 1);
   ++frames_by_level_[level];
 }

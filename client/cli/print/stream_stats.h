@@ -16,15 +16,18 @@ struct Percentiles {
   double max = 0.0;
 };
 
-// Nearest-rank percentiles; all 0 without values.
+// Nearest-rank percentiles of the values that are finite; all 0 without any.
 Percentiles ComputePercentiles(std::vector<double> values);
 
 // Threads: one.
 class StreamStats {
  public:
+  static constexpr int kMaxLevels = 16;
+
   // `frames_per_second`: the requested rate, > 0.
   explicit StreamStats(double frames_per_second) : frames_per_second_(frames_per_second) {}
 
+  // Any numbers of `frame` are safe: they are the server's.
   void AddFrame(const StreamedFrame& frame, absl::Time arrival);
 
   // The time from a change of weights to the first frame that shows it.
@@ -33,7 +36,8 @@ class StreamStats {
   int64_t num_frames() const { return static_cast<int64_t>(arrivals_s_.size()); }
   int64_t num_bytes() const { return num_bytes_; }
   int64_t num_dropped() const { return num_dropped_; }
-  // By level of detail, up to the coarsest one that came.
+  // By level of detail, up to the coarsest one that came; those below 0 count as 0, those above the
+  // last as it.
   const std::vector<int64_t>& frames_by_level() const { return frames_by_level_; }
   double seconds() const;           // from the first frame to the last
   double FramesPerSecond() const;   // as they came

@@ -2,6 +2,9 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
+#include <limits>
+
 namespace liquidblend::cli {
 namespace {
 
@@ -39,6 +42,30 @@ TEST(StreamStats, MeasuresAgainstAnEvenPace) {
   EXPECT_NEAR(stats.IntervalsMs().max, 150.0, 1e-6);
   EXPECT_NEAR(stats.LatenessMs().max, 50.0, 1e-6);
   EXPECT_NEAR(stats.LatenessMs().p50, 0.0, 1e-6);
+}
+
+// Numbers of a server that lies.
+TEST(StreamStats, CountsAnyNumbersInBoundedMemory) {
+  StreamStats stats(5e-324);
+  constexpr int64_t kMost = std::numeric_limits<int64_t>::max();
+  for (const int level :
+       {std::numeric_limits<int>::max(), 16, 15, 1, -1, std::numeric_limits<int>::min()}) {
+    StreamedFrame streamed;
+    streamed.frame_index = streamed.num_dropped = level == 1 ? 0 : kMost;
+    streamed.level_of_detail = level;
+    stats.AddFrame(streamed, absl::UnixEpoch());
+  }
+  ASSERT_EQ(stats.frames_by_level().size(), 16U);
+  EXPECT_EQ(stats.frames_by_level()[0], 2);
+  EXPECT_EQ(stats.frames_by_level()[1], 1);
+  EXPECT_EQ(stats.frames_by_level()[15], 3);
+  EXPECT_EQ(stats.LatenessMs().max, 0.0);
+}
+
+TEST(Percentiles, LeaveOutWhatHasNoOrder) {
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  EXPECT_EQ(ComputePercentiles({nan, 3, -INFINITY, 2, INFINITY, nan}).max, 3);
+  EXPECT_EQ(ComputePercentiles({nan}).max, 0);
 }
 
 }  // namespace
