@@ -7,6 +7,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "client/cli/export/formats.h"
+#include "client/cli/export/voxels.h"
 #include "client/cli/files/mesh_stats.h"
 #include "client/src/status_macros.h"
 #include "client/vdb/write_vdb.h"
@@ -16,9 +17,6 @@ namespace liquidblend::cli {
 namespace {
 
 constexpr char kModule[] = "liquidblend_vdb.so";
-
-// Voxels along the surface, each with a few to both sides: some 10 GB.
-constexpr double kMaxVoxels = 1e8;
 
 constexpr double kEmptyVoxelSizeM = 1.0;  // of frames before there is liquid
 
@@ -47,9 +45,9 @@ class VdbWriter : public FrameWriter {
 
   absl::Status Add(const Frame& frame) override {
     LBC_ASSIGN_OR_RETURN(const Mesh mesh, DecodeMesh(frame.data));
-    const MeshStats stats = ComputeMeshStats(mesh);
-    if (voxel_size_m_ == 0.0) voxel_size_m_ = stats.mean_edge_length_m;
-    LBC_RETURN_IF_ERROR(CheckVoxels(stats));
+    if (voxel_size_m_ == 0.0) voxel_size_m_ = ComputeMeshStats(mesh).mean_edge_length_m;
+    const double voxel_size_m = voxel_size_m_ > 0.0 ? voxel_size_m_ : kEmptyVoxelSizeM;
+    LBC_RETURN_IF_ERROR(CheckVoxels(mesh, voxel_size_m));
     const std::string path = folder_.TemporaryPath(files_.NameOf(++files_.count));
     vdb::WriteRequest request;
     request.positions = mesh.positions.data();
@@ -57,7 +55,7 @@ class VdbWriter : public FrameWriter {
     request.triangles = mesh.triangles.data();
     request.num_triangles = mesh.num_triangles();
     request.velocities = mesh.velocities.empty() ? nullptr : mesh.velocities.data();
-    request.voxel_size_m = voxel_size_m_ > 0.0 ? voxel_size_m_ : kEmptyVoxelSizeM;
+    request.voxel_size_m = voxel_size_m;
     request.path = path.c_str();
     const char* const error = write_(&request);
     if (error == nullptr) return absl::OkStatus();
@@ -67,13 +65,6 @@ class VdbWriter : public FrameWriter {
   absl::StatusOr<ExportedFiles> Finish() override { return files_; }
 
  private:
-  absl::Status CheckVoxels(const MeshStats& stats) const {
-    if (stats.area_m2 <= kMaxVoxels * voxel_size_m_ * voxel_size_m_) return absl::OkStatus();
-    return absl::InvalidArgumentError(absl::StrCat(
-        "--voxel-size ", voxel_size_m_, ": a surface of ", stats.area_m2,
-        " square metres would have more than ", kMaxVoxels, " voxels; choose a larger one"));
-  }
-
   const ExportFolder& folder_;
   double voxel_size_m_;  // 0: there was no liquid yet
   const vdb::WriteFunction write_;
