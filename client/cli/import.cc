@@ -81,7 +81,7 @@ absl::Status RunImport(const ImportFlags& flags, const Context& context) {
   } else {
     LBC_ASSIGN_OR_RETURN(animation, client->GetAnimation(flags.name));
   }
-  context.Print(Describe(animation));
+  context.PrintText(Describe(animation));
   context.PrintJson(ToJson(animation));
   return absl::OkStatus();
 }

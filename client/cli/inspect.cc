@@ -9,6 +9,7 @@
 #include "client/cli/files/files.h"
 #include "client/cli/files/mesh_file.h"
 #include "client/cli/files/mesh_stats.h"
+#include "client/cli/flags/clean_text.h"
 #include "client/cli/print/describe.h"
 #include "client/cli/print/json.h"
 #include "client/src/status_macros.h"
@@ -34,7 +35,7 @@ absl::Status InspectFile(const InspectFlags& flags, const Context& context) {
   const MeshStats stats = ComputeMeshStats(mesh);
   Json json = {{"file", path}};
   json.update(ToJson(stats));
-  context.Print(absl::StrCat(path, "\n", Describe(stats)));
+  context.PrintText(absl::StrCat(CleanLine(path), "\n", Describe(stats)));
   context.PrintJson(json);
   return absl::OkStatus();
 }
@@ -42,7 +43,7 @@ absl::Status InspectFile(const InspectFlags& flags, const Context& context) {
 template <typename Resource>
 absl::Status Show(const absl::StatusOr<Resource>& resource, const Context& context) {
   LBC_RETURN_IF_ERROR(resource.status());
-  context.Print(Describe(*resource));
+  context.PrintText(Describe(*resource));
   context.PrintJson(ToJson(*resource));
   return absl::OkStatus();
 }

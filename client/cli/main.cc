@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "client/cli/commands.h"
+#include "client/cli/flags/clean_text.h"
 #include "client/cli/flags/number_checks.h"
 #include "client/cli/print/exit_code.h"
 #include "core/base/nearest.h"
@@ -101,7 +102,7 @@ int ReportStatus(const absl::Status& status) {
   const liquidblend::cli::ExitCode code = liquidblend::cli::ToExitCode(status);
   const std::string message(status.message());
   std::fprintf(stderr, "liquidblend: %s\n",
-               message.empty() ? status.ToString().c_str() : message.c_str());
+               liquidblend::cli::CleanLine(message.empty() ? status.ToString() : message).c_str());
   const char* advice = liquidblend::cli::Advice(status);
   if (*advice != '\0') std::fprintf(stderr, "%s\n", advice);
   return code;

@@ -51,7 +51,7 @@ absl::Status RunRegister(const RegisterFlags& flags, const Context& context) {
   } else {
     LBC_ASSIGN_OR_RETURN(family, client->GetFamily(request.family));
   }
-  context.Print(Describe(family));
+  context.PrintText(Describe(family));
   context.PrintJson(ToJson(family));
   return CheckVerdict(finished);
 }

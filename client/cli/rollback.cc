@@ -19,7 +19,7 @@ struct RollbackFlags {
 absl::Status RunRollback(const RollbackFlags& flags, const Context& context) {
   LBC_ASSIGN_OR_RETURN(const std::unique_ptr<Client> client, context.Connect());
   LBC_ASSIGN_OR_RETURN(const Family family, client->RollbackFamily(flags.family, flags.version));
-  context.Print(Describe(family));
+  context.PrintText(Describe(family));
   context.PrintJson(ToJson(family));
   return absl::OkStatus();
 }

@@ -118,6 +118,8 @@ class FakeServer::Impl final : public v1::LiquidBlend::Service, public lro::Oper
     if (grpc::Status status = Enter("GetAnimation"); !status.ok()) return status;
     if (!absl::StartsWith(request->name(), "animations/drops-")) return NotFound(request->name());
     *animation = MakeAnimation(Id(request->name()));
+    const absl::MutexLock lock(&mutex);
+    if (!words.empty()) animation->set_notes(0, words);
     return grpc::Status::OK;
   }
 
@@ -149,7 +151,7 @@ class FakeServer::Impl final : public v1::LiquidBlend::Service, public lro::Oper
       google::protobuf::TextFormat::PrintToString(*request, &last_request);
     }
     if (grpc::Status status = Enter("RegisterFamily"); !status.ok()) return status;
-    *operation = MakeOperation(request->family_id() == "bad" ? "failed-1" : "register-1");
+    *operation = Reworded(MakeOperation(request->family_id() == "bad" ? "failed-1" : "register-1"));
     return grpc::Status::OK;
   }
 
@@ -158,7 +160,7 @@ class FakeServer::Impl final : public v1::LiquidBlend::Service, public lro::Oper
     if (grpc::Status status = Enter("GetFamily"); !status.ok()) return status;
     const std::string id = Id(request->name());
     if (id != "drops" && id != "empty") return NotFound(request->name());
-    *family = MakeFamily(id);
+    *family = Reworded(MakeFamily(id));
     return grpc::Status::OK;
   }
 
@@ -237,7 +239,7 @@ class FakeServer::Impl final : public v1::LiquidBlend::Service, public lro::Oper
                             lro::Operation* operation) override {
     if (grpc::Status status = Enter("GetOperation"); !status.ok()) return status;
     if (!Known(Id(request->name()))) return NotFound(request->name());
-    *operation = MakeOperation(Id(request->name()));
+    *operation = Reworded(MakeOperation(Id(request->name())));
     return grpc::Status::OK;
   }
 
@@ -272,6 +274,7 @@ class FakeServer::Impl final : public v1::LiquidBlend::Service, public lro::Oper
   std::vector<std::string> deleted;
   std::vector<ReceivedUpload> uploads;
   std::string last_request;
+  std::string words;  // empty: as they are
   TraceHeaders last_trace;
   bool with_details = false;
   std::atomic<bool> break_watch = false;
@@ -283,6 +286,24 @@ class FakeServer::Impl final : public v1::LiquidBlend::Service, public lro::Oper
   static bool Known(const std::string& id) {
     return id == "endless-1" || id == "import-1" || id == "register-1" || id == "failed-1" ||
            id == "cancelled-1";
+  }
+
+  v1::Family Reworded(v1::Family family) const {
+    const absl::MutexLock lock(&mutex);
+    if (words.empty() || family.reports().empty()) return family;
+    family.set_targets(0, "animations/" + words);
+    family.mutable_reports(0)->mutable_verdict()->set_reason(words);
+    return family;
+  }
+
+  lro::Operation Reworded(lro::Operation operation) const {
+    const absl::MutexLock lock(&mutex);
+    v1::RegisterFamilyMetadata metadata;
+    if (words.empty() || !operation.metadata().UnpackTo(&metadata)) return operation;
+    operation.set_name("operations/" + words);
+    metadata.mutable_progress()->set_stage(words);
+    operation.mutable_metadata()->PackFrom(metadata);
+    return operation;
   }
 
   static grpc::Status WaitUntilCancelled(ServerContext* context) {
@@ -463,6 +484,11 @@ void FakeServer::BreakNextStream() { impl_->break_stream = true; }
 void FakeServer::StopNextStream(int num_frames) { impl_->stop_stream = num_frames; }
 void FakeServer::SetHealthy(bool is_healthy) { impl_->SetHealthy(is_healthy); }
 void FakeServer::RefuseNextUpload(const absl::Status& status) { impl_->SetRefusal(status); }
+
+void FakeServer::SetWords(const std::string& words) {
+  const absl::MutexLock lock(&impl_->mutex);
+  impl_->words = words;
+}
 
 int FakeServer::NumCalls(const std::string& method) const {
   const absl::MutexLock lock(&impl_->mutex);

@@ -52,6 +52,8 @@ class FakeServer {
   void SetHealthy(bool is_healthy);
   // The next upload is refused after its first file, before the client has sent all.
   void RefuseNextUpload(const absl::Status& status);
+  // From now on targets, reasons of verdicts, notes, stages and operations are called that.
+  void SetWords(const std::string& words);
 
   int NumCalls(const std::string& method) const;
   std::vector<std::string> RequestIds() const;  // of RegisterFamily, one per call

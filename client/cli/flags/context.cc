@@ -8,6 +8,7 @@
 
 #include "absl/strings/ascii.h"
 #include "absl/strings/str_cat.h"
+#include "client/cli/flags/clean_text.h"
 #include "client/src/status_macros.h"
 
 namespace liquidblend::cli {
@@ -49,22 +50,24 @@ absl::StatusOr<std::unique_ptr<Client>> Context::Connect() const {
   return Client::Connect(options);
 }
 
-void Context::Print(const std::string& line) const {
+void Context::Print(const std::string& line) const { PrintText(CleanLine(line)); }
+
+void Context::PrintText(const std::string& text) const {
   if (json) return;
-  std::fprintf(stdout, "%s\n", line.c_str());
+  std::fprintf(stdout, "%s\n", CleanText(text).c_str());
   std::fflush(stdout);
 }
 
 void Context::PrintJson(const nlohmann::ordered_json& value) const {
   if (!json) return;
   const std::string text =
-      value.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace);
+      EscapeJson(value.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace));
   std::fprintf(stdout, "%s\n", text.c_str());
   std::fflush(stdout);
 }
 
 void Context::Remark(const std::string& line) const {
-  if (!quiet) std::fprintf(stderr, "%s\n", line.c_str());
+  if (!quiet) std::fprintf(stderr, "%s\n", CleanLine(line).c_str());
 }
 
 }  // namespace liquidblend::cli

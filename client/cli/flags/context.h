@@ -27,11 +27,13 @@ struct Context {
   absl::StatusOr<std::unique_ptr<Client>> Connect() const;
 
   // Prints to standard output: a result for people (not with --json), or for programs (only with
-  // --json).
+  // --json). Words may be a server's: control characters are replaced. A line has no newline, a
+  // text only those of the command itself: its parts went through CleanLine().
   void Print(const std::string& line) const;
+  void PrintText(const std::string& text) const;
   void PrintJson(const nlohmann::ordered_json& value) const;
 
-  // Prints a note to standard error, unless --quiet.
+  // Prints a note to standard error, unless --quiet; as Print().
   void Remark(const std::string& line) const;
 };
 

@@ -9,6 +9,7 @@
 #include "absl/strings/str_join.h"
 #include "absl/strings/str_replace.h"
 #include "client/cli/files/correspondences.h"
+#include "client/cli/flags/clean_text.h"
 #include "client/cli/print/json.h"
 #include "client/cli/print/progress_bar.h"
 #include "client/cli/print/wait.h"
@@ -19,6 +20,10 @@ namespace {
 std::string Describe(const Bounds& bounds) {
   return absl::StrFormat("(%.4g, %.4g, %.4g) to (%.4g, %.4g, %.4g) m", bounds.min.x, bounds.min.y,
                          bounds.min.z, bounds.max.x, bounds.max.y, bounds.max.z);
+}
+
+std::string DescribeNames(const std::vector<std::string>& names) {
+  return CleanLine(absl::StrJoin(names, ", "));
 }
 
 std::string DescribeUp(Up up) { return up == Up::kUnknown ? "z (assumed)" : NameOf(up); }
@@ -38,7 +43,7 @@ std::string DescribeCells(const SpaceTimeReport& report) {
 
 std::string Describe(const SpaceTimeReport& report) {
   std::string text =
-      absl::StrFormat("%s: %s", report.animation, ConnectivityName(report.connectivity));
+      absl::StrFormat("%s: %s", CleanLine(report.animation), ConnectivityName(report.connectivity));
   if (report.grid_spacing_m > 0) {
     absl::StrAppendFormat(&text, " on a grid of %.4g m (%.3g mean edges)", report.grid_spacing_m,
                           report.grid_spacing_edges);
@@ -82,13 +87,13 @@ std::string Describe(const Verdict& verdict) {
   std::vector<std::string> figures;
   for (const auto& [name, value] : verdict.figures) figures.push_back(DescribeFigure(name, value));
   return absl::StrFormat("%s: %s; worst near (%.3g, %.3g, %.3g) m at %.3g s\n    %s",
-                         GradeName(verdict.grade), verdict.reason, worst.position.x,
+                         GradeName(verdict.grade), CleanLine(verdict.reason), worst.position.x,
                          worst.position.y, worst.position.z, worst.time_s,
                          absl::StrJoin(figures, ", "));
 }
 
 std::string Describe(const Hypothesis& tried) {
-  return absl::StrFormat("tried %s: cost %.3g%s", tried.pairing, tried.cost,
+  return absl::StrFormat("tried %s: cost %.3g%s", CleanLine(tried.pairing), tried.cost,
                          tried.is_kept ? ", kept" : "");
 }
 
@@ -98,9 +103,11 @@ std::string DescribePoints(const Family& family) {
   const ParameterSpace& space = family.parameter_space;
   std::string text;
   for (size_t k = 0; k < space.points.size() && k <= family.targets.size(); ++k) {
-    absl::StrAppend(&text, "\n  ", k == 0 ? family.source : family.targets[k - 1], " at");
+    absl::StrAppend(&text, "\n  ", CleanLine(k == 0 ? family.source : family.targets[k - 1]),
+                    " at");
     for (size_t i = 0; i < space.names.size() && i < space.points[k].size(); ++i) {
-      absl::StrAppend(&text, i == 0 ? " " : ", ", space.names[i], " ", space.points[k][i]);
+      absl::StrAppend(&text, i == 0 ? " " : ", ", CleanLine(space.names[i]), " ",
+                      space.points[k][i]);
     }
   }
   if (space.interpolation == Interpolation::kSmooth) {
@@ -113,7 +120,8 @@ std::string DescribePoints(const Family& family) {
 std::string DescribeTimes(const TimeBlending& times) {
   const bool in_squares = times.kind == TimeBlending::Kind::kSquares;
   if (!in_squares && times.reason.empty()) return "";
-  const std::string reason = times.reason.empty() ? "" : absl::StrCat(" (", times.reason, ")");
+  const std::string reason =
+      times.reason.empty() ? "" : absl::StrCat(" (", CleanLine(times.reason), ")");
   if (!in_squares) return absl::StrCat("\n  times blend linearly", reason);
   return absl::StrFormat("\n  times blend as squares of those since %.4g s%s", times.rest_time_s,
                          reason);
@@ -123,14 +131,15 @@ std::string DescribeTimes(const TimeBlending& times) {
 std::string Describe(const FailedRegistration& failed) {
   const std::string time = FormatUtc(failed.end_time);
   if (absl::IsCancelled(failed.error)) return absl::StrCat("cancelled at ", time);
-  return absl::StrCat("failed at ", time, ": ", failed.error.message());
+  return absl::StrCat("failed at ", time, ": ", CleanLine(failed.error.message()));
 }
 
 std::string DescribeUnpublished(const Family& family) {
-  if (!family.failed_registration) return absl::StrCat(family.name, ": no version is finished yet");
-  return absl::StrCat(family.name, ": no version; its registration ",
+  const std::string name = CleanLine(family.name);
+  if (!family.failed_registration) return absl::StrCat(name, ": no version is finished yet");
+  return absl::StrCat(name, ": no version; its registration ",
                       Describe(*family.failed_registration), "\n  ",
-                      family.failed_registration->operation);
+                      CleanLine(family.failed_registration->operation));
 }
 
 // Start, duration, worker and outcome of an operation that is done.
@@ -155,8 +164,8 @@ std::string DescribeCourse(const Operation& operation) {
 }  // namespace
 
 std::string Describe(const Animation& animation) {
-  std::string text = absl::StrCat(animation.name, ": ", StateName(animation.state));
-  if (!animation.error.ok()) absl::StrAppend(&text, ": ", animation.error.message());
+  std::string text = absl::StrCat(CleanLine(animation.name), ": ", StateName(animation.state));
+  if (!animation.error.ok()) absl::StrAppend(&text, ": ", CleanLine(animation.error.message()));
   if (animation.state != AnimationState::kReady) return text;
   absl::StrAppendFormat(
       &text,
@@ -167,7 +176,8 @@ std::string Describe(const Animation& animation) {
       animation.num_frames, animation.first_frame_number, animation.frames_per_second,
       animation.num_vertices, animation.num_triangles, animation.mean_edge_length_m,
       Describe(animation.bounds), DescribeUp(animation.up), FormatBytes(animation.size_bytes));
-  for (const std::string& note : animation.notes) absl::StrAppend(&text, "\n  note: ", note);
+  for (const std::string& note : animation.notes)
+    absl::StrAppend(&text, "\n  note: ", CleanLine(note));
   return text;
 }
 
@@ -179,20 +189,20 @@ std::string Describe(const Family& family) {
       "\n  %d space-time vertices, %d cells"
       "\n  bounds %s, %s up"
       "\n  %s stored",
-      family.name, family.version,
+      CleanLine(family.name), family.version,
       family.restored_version == 0
           ? ""
           : absl::StrCat(", which is version ", family.restored_version, " again"),
-      family.source, absl::StrJoin(family.targets, ", "), family.duration_s,
+      CleanLine(family.source), DescribeNames(family.targets), family.duration_s,
       family.frames_per_second, family.num_vertices, family.num_cells, Describe(family.bounds),
       DescribeUp(family.up), FormatBytes(family.size_bytes));
   if (family.failed_registration) {
     absl::StrAppend(&text, "\n  a newer registration ", Describe(*family.failed_registration), " (",
-                    family.failed_registration->operation, ")");
+                    CleanLine(family.failed_registration->operation), ")");
   }
   for (const FamilyVersion& version : family.kept_versions) {
     absl::StrAppendFormat(&text, "\n  version %d is kept: %s -> %s, of %s, %s", version.version,
-                          version.source, absl::StrJoin(version.targets, ", "),
+                          CleanLine(version.source), DescribeNames(version.targets),
                           FormatUtc(version.publish_time), FormatBytes(version.size_bytes));
   }
   for (size_t k = 0; k < family.coarser_levels.size(); ++k) {
@@ -210,8 +220,8 @@ std::string Describe(const Family& family) {
   for (const RegistrationReport& report : family.reports) {
     absl::StrAppendFormat(
         &text, "\n  %s: %d nodes, %d iterations, residual %.3f mean edges, inliers %.0f %%, %.1f s",
-        report.target, report.num_nodes, report.num_iterations, report.mean_residual_edges,
-        100.0 * report.inlier_share, report.seconds);
+        CleanLine(report.target), report.num_nodes, report.num_iterations,
+        report.mean_residual_edges, 100.0 * report.inlier_share, report.seconds);
     for (size_t n = 0; n < report.correspondences.size(); ++n) {
       absl::StrAppend(&text, "\n    ", Describe(n, report.correspondences[n]));
     }
@@ -241,10 +251,11 @@ std::string Describe(const MeshStats& stats) {
 
 std::string Summarize(const Animation& animation) {
   if (animation.state != AnimationState::kReady) {
-    return absl::StrFormat("%-32s %s", animation.name, StateName(animation.state));
+    return absl::StrFormat("%-32s %s", CleanLine(animation.name), StateName(animation.state));
   }
-  return absl::StrFormat("%-32s %d frames at %.4g per second, %d triangles, %s", animation.name,
-                         animation.num_frames, animation.frames_per_second, animation.num_triangles,
+  return absl::StrFormat("%-32s %d frames at %.4g per second, %d triangles, %s",
+                         CleanLine(animation.name), animation.num_frames,
+                         animation.frames_per_second, animation.num_triangles,
                          FormatBytes(animation.size_bytes));
 }
 
@@ -252,12 +263,12 @@ std::string Summarize(const Family& family) {
   const std::string failed =
       family.failed_registration ? Describe(*family.failed_registration) : "";
   if (family.version == 0) {
-    return absl::StrFormat("%-32s %s", family.name,
+    return absl::StrFormat("%-32s %s", CleanLine(family.name),
                            failed.empty() ? "no version is finished yet" : failed);
   }
-  return absl::StrFormat("%-32s version %d, %s -> %s, %.4g s, %s%s", family.name, family.version,
-                         family.source, absl::StrJoin(family.targets, ", "), family.duration_s,
-                         FormatBytes(family.size_bytes),
+  return absl::StrFormat("%-32s version %d, %s -> %s, %.4g s, %s%s", CleanLine(family.name),
+                         family.version, CleanLine(family.source), DescribeNames(family.targets),
+                         family.duration_s, FormatBytes(family.size_bytes),
                          failed.empty() ? "" : absl::StrCat("; a newer registration ", failed));
 }
 
@@ -270,7 +281,7 @@ std::string Summarize(const Operation& operation) {
   }
   if (operation.done) absl::StrAppend(&text, DescribeCourse(operation));
   if (!operation.result.ok()) absl::StrAppend(&text, ": ", operation.result.message());
-  return text;
+  return CleanLine(text);
 }
 
 }  // namespace liquidblend::cli

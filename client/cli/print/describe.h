@@ -1,4 +1,5 @@
-// Descriptions of the server's objects and of meshes, as lines of text.
+// Descriptions of the server's objects and of meshes, as lines of text. Control characters of a
+// server's words are replaced, newlines as well: what they say stays in its line.
 #pragma once
 
 #include <string>

@@ -10,6 +10,7 @@
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
 #include "absl/time/clock.h"
+#include "client/cli/flags/clean_text.h"
 
 namespace liquidblend::cli {
 namespace {
@@ -54,9 +55,9 @@ void ProgressBar::Update(double fraction, const std::string& step, const std::st
   step_ = step;
   if (style_ == Style::kLines) {
     if (!is_new_step && now - last_ < kLineInterval) return;
-    std::fprintf(stderr, "%s\n", text.c_str());
+    std::fprintf(stderr, "%s\n", CleanLine(text).c_str());
   } else {
-    pending_ = FormatBar(fraction, text, TerminalColumns());
+    pending_ = FormatBar(fraction, CleanLine(text), TerminalColumns());
     if (!is_new_step && now - last_ < kBarInterval) return;
     PrintBar(pending_);
     pending_.clear();

@@ -23,6 +23,7 @@ class ProgressBar {
   // A bar is drawn at most ten times a second. A line is printed when `step`, the name of the
   // present step, changes, and else every ten seconds.
   //   fraction  [0, 1]
+  //   text      a line; control characters in it, which may be a server's, are replaced
   void Update(double fraction, const std::string& step, const std::string& text);
 
   // Ends the bar's line; the last text stays.

@@ -3,11 +3,13 @@
 #include <unistd.h>
 
 #include <csignal>
+#include <cstdint>
 #include <cstring>
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
 #include "absl/time/time.h"
+#include "client/cli/flags/clean_text.h"
 #include "client/cli/print/exit_code.h"
 #include "client/cli/print/progress_bar.h"
 #include "client/src/status_macros.h"
@@ -29,7 +31,8 @@ void OnInterrupt(int) {
 class InterruptHint {
  public:
   explicit InterruptHint(const std::string& message) {
-    message.copy(interrupt_message, sizeof(interrupt_message) - 1);
+    const size_t length = message.copy(interrupt_message, sizeof(interrupt_message) - 1);
+    interrupt_message[length] = '\0';
     previous_ = std::signal(SIGINT, OnInterrupt);
   }
   ~InterruptHint() { std::signal(SIGINT, previous_); }
@@ -83,7 +86,7 @@ absl::Status CheckVerdict(const Operation& operation) {
 std::string DescribeProgress(const Progress& progress) {
   std::string text = progress.stage.empty() ? "starting" : progress.stage;
   if (progress.num_iterations > 0) {
-    absl::StrAppend(&text, " of target ", progress.target_index + 1);
+    absl::StrAppend(&text, " of target ", int64_t{progress.target_index} + 1);
     AppendEnergies(progress, &text);
   }
   if (!progress.waiting_for.empty()) absl::StrAppend(&text, ": ", progress.waiting_for);
@@ -107,10 +110,13 @@ std::string DescribeProgress(const Progress& progress) {
   if (is_after_failure && !progress.next_attempt_time) {  // at the end, as it may be long
     absl::StrAppend(&text, "; the attempt before: ", progress.last_failure.message());
   }
-  return text;
+  return CleanLine(text);
 }
 
 std::string HowToWatch(const std::string& operation) {
+  if (!IsSafeToPaste(operation)) {
+    return "Its name is not one to copy; `liquidblend operations` lists all.";
+  }
   return absl::StrCat("`liquidblend operations ", operation,
                       " --wait` watches it, `liquidblend cancel ", operation, "` cancels it.");
 }
@@ -118,7 +124,7 @@ std::string HowToWatch(const std::string& operation) {
 absl::StatusOr<Operation> WatchWithProgress(Client& client, const std::string& operation,
                                             const Context& context) {
   const InterruptHint hint(
-      absl::StrCat("\n", operation, " goes on.\n", HowToWatch(operation), "\n"));
+      absl::StrCat("\n", CleanLine(operation), " goes on.\n", HowToWatch(operation), "\n"));
   ProgressBar bar(ProgressBar::ChooseStyle(context.quiet));
   LBC_ASSIGN_OR_RETURN(
       Operation finished, client.WatchOperation(operation, [&](const Operation& now) {

@@ -27,10 +27,11 @@ absl::StatusOr<Operation> WaitWithProgress(Client& client, const std::string& op
 absl::Status CheckVerdict(const Operation& operation);
 
 // "registration of target 1, iteration 7/20, fit 0.0123, smoothness 0.0045, inliers 91 %, 1:05
-// left"
+// left": a line without control characters.
 std::string DescribeProgress(const Progress& progress);
 
-// "`liquidblend operations ID --wait` watches it, `liquidblend cancel ID` cancels it."
+// "`liquidblend operations ID --wait` watches it, `liquidblend cancel ID` cancels it."; without
+// commands to copy if the server's name for it is not safe there (IsSafeToPaste).
 std::string HowToWatch(const std::string& operation);
 
 }  // namespace liquidblend::cli

@@ -22,6 +22,18 @@ TEST(ProgressBar, PrintsALineWhenTheStepChangesAndNotOftener) {
   EXPECT_EQ(::testing::internal::GetCapturedStderr(), "one, 10 %\ntwo, 30 %\n");
 }
 
+TEST(ProgressBar, ATextOfTheServerStaysInItsLineAndHasNoControlCharacters) {
+  for (const auto style : {ProgressBar::Style::kLines, ProgressBar::Style::kBar}) {
+    ::testing::internal::CaptureStderr();
+    {
+      ProgressBar bar(style);
+      bar.Update(0.1, "one", "a\x1B[2K\r\nb\xC2\x9B");
+    }
+    const std::string drawn = ::testing::internal::GetCapturedStderr();
+    EXPECT_NE(drawn.find("a?[2K??b?\n"), std::string::npos) << drawn;
+  }
+}
+
 TEST(ProgressBar, IsSilentWhenQuiet) {
   ::testing::internal::CaptureStderr();
   ProgressBar bar(ProgressBar::ChooseStyle(/*quiet=*/true));

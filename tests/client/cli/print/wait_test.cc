@@ -23,5 +23,14 @@ TEST(DescribeProgress, TellsWhyThereIsAnotherAttempt) {
       << second;
 }
 
+TEST(HowToWatch, HasCommandsForNamesThatAreSafeToPaste) {
+  EXPECT_EQ(HowToWatch("operations/import-1"),
+            "`liquidblend operations operations/import-1 --wait` watches it, `liquidblend cancel "
+            "operations/import-1` cancels it.");
+  for (const char* name : {"a`rm b`", "a; b", "$(b)", "--wait", "a\x1B[2Kb"}) {
+    EXPECT_EQ(HowToWatch(name), "Its name is not one to copy; `liquidblend operations` lists all.");
+  }
+}
+
 }  // namespace
 }  // namespace liquidblend::cli
