@@ -156,12 +156,12 @@ TEST_F(DirectFilesTest, StoredFilesAreGotAndChecked) {
     EXPECT_FALSE(std::filesystem::exists(other));
     EXPECT_FALSE(std::filesystem::exists(other + ".part"));
   }
-  for (const int size : {11, 13}) {
+  for (const int wrong_size : {11, 13}) {
     wrong.set_checksum(blob);
-    wrong.set_size_bytes(size);
-    EXPECT_THAT(
-        client::GetFromUrl(http, wrong, other),
-        Fails(Code::kDataLoss, size == 11 ? "more than the 11 bytes" : "1 bytes are missing"));
+    wrong.set_size_bytes(wrong_size);
+    EXPECT_THAT(client::GetFromUrl(http, wrong, other),
+                Fails(Code::kDataLoss,
+                      wrong_size == 11 ? "more than the 11 bytes" : "1 bytes are missing"));
     EXPECT_FALSE(std::filesystem::exists(other));
   }
   wrong.set_size_bytes(12);
