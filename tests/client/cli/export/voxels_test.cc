@@ -30,7 +30,7 @@ TEST(CheckVoxels, RefusesALargeArea) {
 }
 
 TEST(CheckVoxels, RefusesLongSlivers) {
-  const Mesh sliver = MakeTriangle({0, 0, 0, 1e6, 0, 0, 5e5, 1e-6, 0});
+  const Mesh sliver = MakeTriangle({0, 0, 0, 1e6, 0, 0, 5e5, 1e-6F, 0});
   EXPECT_TRUE(IsRefused(sliver, 0.01, "more than 24 GB"));
   EXPECT_TRUE(CheckVoxels(sliver, 1.0).ok());
   // Points on a line have no area at all.
