@@ -9,29 +9,16 @@
 #include <vector>
 
 #include "client/cli/files/mesh_file.h"
-#include "tests/client/fake_server.h"
-#include "tests/client/run_command.h"
-#include "tests/client/temp_files.h"
+#include "tests/client/cli/served_command.h"
 
 namespace liquidblend::cli {
 namespace {
 
 using testing::CommandResult;
-using testing::FakeServer;
 using ::testing::HasSubstr;
 using ::testing::Not;
-using testing::TempDir;
 
-class Border : public ::testing::Test {
- protected:
-  CommandResult Run(std::vector<std::string> arguments) {
-    arguments.insert(arguments.begin(), {"--server", server_.target()});
-    return testing::RunLiquidblend(arguments);
-  }
-
-  FakeServer server_;
-  TempDir dir_;
-};
+class Border : public ServedCommand {};
 
 TEST_F(Border, AMistypedCommandIsNamedWithTheNearestOne) {
   CommandResult result = Run({"exprot", "drops", "-w", "0.5", "-o", dir_.File("out")});

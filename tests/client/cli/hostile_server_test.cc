@@ -13,9 +13,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "tests/allocation_testing.h"
-#include "tests/client/fake_server.h"
-#include "tests/client/run_command.h"
-#include "tests/client/temp_files.h"
+#include "tests/client/cli/served_command.h"
 #include "tests/paths.h"
 
 namespace liquidblend::cli {
@@ -32,13 +30,8 @@ constexpr char kHostile[] =
     "A\nfalse: version 9";
 constexpr char kShown[] = "?]2;t??]52;c;aGk=?\?[2K??A?false: version 9";
 
-class HostileServer : public ::testing::Test {
+class HostileServer : public ServedCommand {
  protected:
-  CommandResult Run(std::vector<std::string> arguments) {
-    arguments.insert(arguments.begin(), {"--server", server_.target()});
-    return testing::RunLiquidblend(arguments);
-  }
-
   // Nothing that a terminal obeys but newlines.
   static void ExpectClean(const std::string& text) {
     for (const char c : text) {
@@ -47,9 +40,6 @@ class HostileServer : public ::testing::Test {
     }
     EXPECT_THAT(text, Not(HasSubstr("\nfalse")));
   }
-
-  testing::FakeServer server_;
-  testing::TempDir dir_;
 };
 
 TEST_F(HostileServer, HasNoControlOverTheTerminal) {

@@ -6,9 +6,7 @@
 
 #include "client/cli/files/mesh_file.h"
 #include "client/cli/files/mesh_stats.h"
-#include "tests/client/fake_server.h"
-#include "tests/client/run_command.h"
-#include "tests/client/temp_files.h"
+#include "tests/client/cli/served_command.h"
 
 namespace liquidblend::cli {
 namespace {
@@ -19,18 +17,8 @@ using testing::FakeServer;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 using ::testing::Not;
-using testing::TempDir;
 
-class Command : public ::testing::Test {
- protected:
-  CommandResult Run(std::vector<std::string> arguments) {
-    arguments.insert(arguments.begin(), {"--server", server_.target()});
-    return testing::RunLiquidblend(arguments);
-  }
-
-  FakeServer server_;
-  TempDir dir_;
-};
+class Command : public ServedCommand {};
 
 TEST_F(Command, WithoutASubcommandOrWithAWrongFlagIsAUsageError) {
   EXPECT_EQ(Run({}).exit_code, 2);

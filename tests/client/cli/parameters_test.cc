@@ -4,9 +4,7 @@
 
 #include <nlohmann/json.hpp>
 
-#include "tests/client/fake_server.h"
-#include "tests/client/run_command.h"
-#include "tests/client/temp_files.h"
+#include "tests/client/cli/served_command.h"
 
 namespace liquidblend::cli {
 namespace {
@@ -16,16 +14,7 @@ using testing::CommandResult;
 using ::testing::HasSubstr;
 using ::testing::Not;
 
-class ParametersCommand : public ::testing::Test {
- protected:
-  CommandResult Run(std::vector<std::string> arguments) {
-    arguments.insert(arguments.begin(), {"--server", server_.target()});
-    return testing::RunLiquidblend(arguments);
-  }
-
-  testing::FakeServer server_;
-  testing::TempDir dir_;
-};
+class ParametersCommand : public ServedCommand {};
 
 TEST_F(ParametersCommand, RegisterSendsAPointPerAnimation) {
   const CommandResult result =
