@@ -26,7 +26,8 @@ rm -rf "$reports"
 mkdir -p "$reports"
 export ASAN_OPTIONS=log_path=$reports/asan
 export UBSAN_OPTIONS=log_path=$reports/ubsan:print_stacktrace=1:halt_on_error=1
-export LSAN_OPTIONS=suppressions=$PWD/tests/lsan.supp:print_suppressions=0
+# intercept_tls_get_addr: docs/experiments/sanitizers-and-fuzzing.md
+export LSAN_OPTIONS=suppressions=$PWD/tests/lsan.supp:print_suppressions=0:intercept_tls_get_addr=0
 # A worker that is told to stop within a long stage ends without joining its threads.
 export TSAN_OPTIONS="log_path=$reports/tsan ignore_noninstrumented_modules=1 report_thread_leaks=0
   suppressions=$PWD/tests/tsan/libraries.supp"

@@ -57,7 +57,8 @@ for target in "${targets[@]}"; do
   begin=$SECONDS
   measure_cpu_seconds
   cpu_begin=$cpu_seconds
-  if ! ASAN_OPTIONS=allocator_may_return_null=0 UBSAN_OPTIONS=print_stacktrace=1 \
+  if ! ASAN_OPTIONS=allocator_may_return_null=0:intercept_tls_get_addr=0 \
+    UBSAN_OPTIONS=print_stacktrace=1 \
     "build/fuzz/fuzz/fuzz_$target" "$corpus" "tests/fuzz/corpus/$target" "${options[@]}" \
     -artifact_prefix="$findings/" -print_final_stats=1 -verbosity=0 2>"$findings/log"; then
     tail -n 60 "$findings/log" >&2
