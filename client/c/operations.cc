@@ -1,10 +1,12 @@
 // Imports and registrations: requests, and what becomes of them.
+#include <cmath>
 #include <optional>
 #include <string>
 #include <utility>
 
 #include "absl/strings/numbers.h"
 #include "absl/strings/str_cat.h"
+#include "absl/time/time.h"
 #include "client/c/error.h"
 #include "client/c/handles.h"
 #include "client/c/structs.h"
@@ -194,11 +196,18 @@ lb_status lb_client_cancel(lb_client* client, const char* operation) {
 
 lb_status lb_client_watch(lb_client* client, const char* operation, lb_progress_function progress,
                           void* user, lb_operation** out) {
-  return c_api::GiveOperation(client, out, [&] {
+  return lb_client_watch_for(client, operation, HUGE_VAL, progress, user, out);
+}
+
+lb_status lb_client_watch_for(lb_client* client, const char* operation, double timeout_s,
+                              lb_progress_function progress, void* user, lb_operation** out) {
+  return c_api::GiveOperation(client, out, [&]() -> absl::StatusOr<Operation> {
+    if (std::isnan(timeout_s)) return c_api::InvalidArgument("timeout_s", "is not a number");
     const auto update = [&](const Operation& now) {
       return progress == nullptr || progress(user, c_api::MakeOperation(now).get()) != 0;
     };
-    return client->client->WatchOperation(c_api::TextOf(operation), update);
+    return client->client->WatchOperation(c_api::TextOf(operation), update,
+                                          absl::Seconds(timeout_s));
   });
 }
 

@@ -28,6 +28,9 @@ class Client::Impl {
   using Service = client::ServiceStub;
   using Operations = client::OperationsStub;
 
+  // What is longer has no deadline: gRPC's clock ends in the year 2262.
+  static constexpr absl::Duration kLongestTimeout = absl::Hours(24 * 365 * 100);
+
   Impl(const ConnectOptions& connect_options, std::unique_ptr<client::Servers> open_servers)
       : options(connect_options), servers(std::move(open_servers)) {}
 
@@ -131,12 +134,13 @@ class Client::Impl {
   absl::StatusOr<Operation> WatchAt(client::Server& server,
                                     const v1::WatchOperationRequest& request,
                                     const std::function<bool(const Operation&)>& update,
-                                    client::PatientBackoff& backoff);
+                                    absl::Time deadline, client::PatientBackoff& backoff);
 
   // operations.cc: waits until every other reachable server serves the version that the
   // registration has published.  Errors: kDeadlineExceeded after call_timeout or patience,
-  // whichever is longer.
-  absl::Status AwaitOtherServers(const Operation& operation, const client::Server& asked);
+  // whichever is longer, and at `end`.
+  absl::Status AwaitOtherServers(const Operation& operation, const client::Server& asked,
+                                 absl::Time end);
   // Waits for one server. OK, too, if it cannot be reached, or does not know the operation.
   absl::Status AwaitVersion(const Operation& operation, client::Server& server,
                             absl::Time deadline);
@@ -146,7 +150,7 @@ class Client::Impl {
     const std::string& token = options.security.token;
     if (!token.empty()) context->AddMetadata("authorization", "Bearer " + token);
     if (options.trace) client::AddTrace(options.trace(), context);
-    if (timeout == absl::InfiniteDuration()) return;
+    if (timeout > kLongestTimeout) return;
     context->set_deadline(std::chrono::system_clock::now() + absl::ToChronoMicroseconds(timeout));
   }
 

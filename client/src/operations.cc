@@ -108,9 +108,11 @@ absl::Status Client::Impl::AwaitVersion(const Operation& operation, client::Serv
 }
 
 absl::Status Client::Impl::AwaitOtherServers(const Operation& operation,
-                                             const client::Server& asked) {
+                                             const client::Server& asked, absl::Time end) {
   if (!operation.result.ok() || operation.version == 0) return absl::OkStatus();
-  const absl::Duration timeout = std::max(options.call_timeout, options.retry.patience);
+  const absl::Duration timeout =
+      std::clamp(absl::Trunc(end - absl::Now(), absl::Milliseconds(1)), absl::ZeroDuration(),
+                 std::max(options.call_timeout, options.retry.patience));
   const absl::Time deadline = absl::Now() + timeout;
   for (client::Server* const server : servers->All()) {
     if (server->address == asked.address) continue;
@@ -128,9 +130,10 @@ absl::Status Client::Impl::AwaitOtherServers(const Operation& operation,
 absl::StatusOr<Operation> Client::Impl::WatchAt(client::Server& server,
                                                 const v1::WatchOperationRequest& request,
                                                 const std::function<bool(const Operation&)>& update,
+                                                absl::Time deadline,
                                                 client::PatientBackoff& backoff) {
   grpc::ClientContext context;
-  Prepare(absl::InfiniteDuration(), &context);
+  Prepare(std::max(deadline - absl::Now(), absl::ZeroDuration()), &context);
   const auto stream = server.service().WatchOperation(&context, request);
   google::longrunning::Operation message;
   while (stream->Read(&message)) {
@@ -145,28 +148,37 @@ absl::StatusOr<Operation> Client::Impl::WatchAt(client::Server& server,
     stream->Finish();  // says cancelled, which is known
     LBC_RETURN_IF_ERROR(operation.status());
     if (!operation->done) return absl::CancelledError("stopped watching");
-    LBC_RETURN_IF_ERROR(AwaitOtherServers(*operation, server));
+    LBC_RETURN_IF_ERROR(AwaitOtherServers(*operation, server, deadline));
     return operation;
   }
   const absl::Status status = client::FromGrpc(stream->Finish());
+  if (absl::IsDeadlineExceeded(status) && deadline != absl::InfiniteFuture()) {
+    return absl::DeadlineExceededError(absl::StrCat("the server at ", server.address,
+                                                    " has not said that ", request.name(),
+                                                    " is done: ", status.message()));
+  }
   if (!status.ok()) return status;
   return absl::UnavailableError("the server stopped reporting " + request.name());
 }
 
 absl::StatusOr<Operation> Client::WatchOperation(
-    const std::string& name, const std::function<bool(const Operation&)>& update) {
+    const std::string& name, const std::function<bool(const Operation&)>& update,
+    absl::Duration timeout) {
+  const absl::Time deadline = absl::Now() + timeout;
   const auto request = OperationRequest<v1::WatchOperationRequest>(name);
   client::PatientBackoff backoff(impl_->options.retry);
   while (true) {
     absl::StatusOr<Operation> seen;
     const absl::Status status = impl_->servers->TryEach([&](client::Server& server) {
-      seen = impl_->WatchAt(server, request, update, backoff);
+      seen = impl_->WatchAt(server, request, update, deadline, backoff);
       return seen.status();
     });
     if (status.ok()) return seen;
     const std::optional<absl::Duration> pause = backoff.NextPause(status, absl::Now());
     if (!pause.has_value()) return LostSight(request.name(), status);
-    absl::SleepFor(*pause);
+    const absl::Duration left = deadline - absl::Now();
+    absl::SleepFor(std::min(*pause, left));
+    if (*pause >= left) return absl::DeadlineExceededError(status.message());
   }
 }
 

@@ -153,10 +153,12 @@ class Client {
   // Returns the operation as last seen; Operation::result has its outcome. For a registration that
   // has published a version, returns when every reachable server of ConnectOptions::target serves
   // at least that version.
-  // Errors: kDeadlineExceeded if one of them does not within call_timeout or
-  // RetryOptions::patience, whichever is longer.
+  //   timeout  of the whole call, whatever the servers do
+  // Errors: kDeadlineExceeded after `timeout`; also if one of them does not serve the version
+  // within call_timeout or RetryOptions::patience, whichever is longer.
   absl::StatusOr<Operation> WatchOperation(const std::string& name,
-                                           const std::function<bool(const Operation&)>& update);
+                                           const std::function<bool(const Operation&)>& update,
+                                           absl::Duration timeout = absl::InfiniteDuration());
   // Waits until the operation is done.
   absl::StatusOr<Operation> WaitOperation(const std::string& name);
 

@@ -268,6 +268,10 @@ typedef int32_t (*lb_progress_function)(void* user, const lb_operation* operatio
  * Errors: LB_CANCELLED if `progress` said so; the operation itself goes on. */
 LB_API lb_status lb_client_watch(lb_client* client, const char* operation,
                                  lb_progress_function progress, void* user, lb_operation** out);
+/* Likewise, for so many seconds, whatever the servers do; INFINITY: as long as it takes.
+ * Errors: LB_DEADLINE_EXCEEDED afterwards. */
+LB_API lb_status lb_client_watch_for(lb_client* client, const char* operation, double timeout_s,
+                                     lb_progress_function progress, void* user, lb_operation** out);
 
 /* ---- frames */
 

@@ -264,6 +264,8 @@ TEST(CApi, NullIsAnErrorAndNeverACrash) {
   EXPECT_EQ(lb_client_import(nullptr, nullptr, &operation), LB_INVALID_ARGUMENT);
   EXPECT_EQ(lb_client_register(nullptr, nullptr, &operation), LB_INVALID_ARGUMENT);
   EXPECT_EQ(lb_client_watch(nullptr, nullptr, nullptr, nullptr, &operation), LB_INVALID_ARGUMENT);
+  EXPECT_EQ(lb_client_watch_for(nullptr, nullptr, 0.0, nullptr, nullptr, &operation),
+            LB_INVALID_ARGUMENT);
   EXPECT_EQ(lb_client_get_frame(nullptr, nullptr, &frame), LB_INVALID_ARGUMENT);
   EXPECT_EQ(lb_player_open(nullptr, nullptr), LB_INVALID_ARGUMENT);
   EXPECT_EQ(lb_player_seek(nullptr, 0), LB_INVALID_ARGUMENT);

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <chrono>
+#include <cmath>
 #include <memory>
 #include <string>
 #include <thread>
@@ -311,6 +312,23 @@ TEST_F(ClientTest, WatchesAnOperationToItsEnd) {
   EXPECT_EQ(info.done, 1);
   EXPECT_EQ(info.status, LB_OK);
   lb_operation_free(operation);
+}
+
+TEST_F(ClientTest, WatchesAnOperationForAWhile) {
+  lb_operation* operation = nullptr;
+  EXPECT_EQ(lb_client_watch_for(client_, "endless-1", 0.2, nullptr, nullptr, &operation),
+            LB_DEADLINE_EXCEEDED);
+  EXPECT_THAT(LastError(), HasSubstr("has not said that operations/endless-1 is done"));
+  EXPECT_EQ(operation, nullptr);
+  for (const double timeout_s : {60.0, 1e12, HUGE_VAL}) {
+    ASSERT_EQ(lb_client_watch_for(client_, "import-1", timeout_s, nullptr, nullptr, &operation),
+              LB_OK)
+        << timeout_s << ": " << LastError();
+    lb_operation_free(operation);
+  }
+  EXPECT_EQ(lb_client_watch_for(client_, "import-1", std::nan(""), nullptr, nullptr, &operation),
+            LB_INVALID_ARGUMENT);
+  EXPECT_THAT(LastError(), HasSubstr("timeout_s"));
 }
 
 TEST_F(ClientTest, RegistersWithCorrespondences) {

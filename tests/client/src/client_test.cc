@@ -511,6 +511,28 @@ TEST_F(ClientTest, WatchStopsWhenTheCallerHasSeenEnough) {
   EXPECT_EQ(operation.status().code(), absl::StatusCode::kCancelled);
 }
 
+// The server says that it goes on, and then nothing.
+TEST_F(ClientTest, AWatchEndsAtItsTimeoutWhileTheServerIsSilent) {
+  const auto all = [](const Operation&) { return true; };
+  const absl::Time begin = absl::Now();
+  const absl::Status status =
+      client_->WatchOperation("endless-1", all, absl::Milliseconds(200)).status();
+  EXPECT_EQ(status.code(), absl::StatusCode::kDeadlineExceeded) << status;
+  EXPECT_THAT(std::string(status.message()),
+              HasSubstr("the server at " + server_.target() +
+                        " has not said that operations/endless-1 is done"));
+  EXPECT_GE(absl::Now() - begin, absl::Milliseconds(190));
+  EXPECT_TRUE(client_->WatchOperation("register-1", all, absl::Seconds(60)).ok());
+}
+
+TEST_F(ClientTest, AWatchEndsAtItsTimeoutWhileTheServerIsAway) {
+  server_.FailNext("WatchOperation", 1000, absl::UnavailableError("going away"));
+  const absl::Status status =
+      client_->WatchOperation("register-1", nullptr, absl::Milliseconds(300)).status();
+  EXPECT_EQ(status.code(), absl::StatusCode::kDeadlineExceeded) << status;
+  EXPECT_THAT(std::string(status.message()), HasSubstr("going away"));
+}
+
 TEST_F(ClientTest, AFailedOperationIsAnAnswerWithItsReason) {
   const auto operation = client_->WaitOperation("failed-1");
   ASSERT_TRUE(operation.ok()) << operation.status();
