@@ -306,7 +306,6 @@ FUNCTIONS = {
     "lb_client_register": (c_int32, [c_void_p, POINTER(RegisterRequest), _OUT]),
     "lb_client_get_operation": (c_int32, [c_void_p, c_char_p, _OUT]),
     "lb_client_cancel": (c_int32, [c_void_p, c_char_p]),
-    "lb_client_watch": (c_int32, [c_void_p, c_char_p, c_void_p, c_void_p, _OUT]),
     "lb_client_watch_for": (
         c_int32,
         [c_void_p, c_char_p, c_double, c_void_p, c_void_p, _OUT],

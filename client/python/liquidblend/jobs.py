@@ -15,6 +15,8 @@ from .family import Grade, grade_of, id_of
 # Seconds between two questions for a job's state: short at first, since small jobs end soon.
 _SHORTEST_PAUSE = 0.05
 _LONGEST_PAUSE = 0.5
+# Seconds that servers have at least to say that they serve what a job has made.
+_SHORTEST_WATCH = 0.5
 
 
 @dataclass(frozen=True)
@@ -122,8 +124,10 @@ class Job:
 
         Ctrl-C, an exception of ``progress`` and the timeout end the waiting, not the job.
           progress  called on this thread each time the state changes; its exceptions are raised
-          timeout   seconds; None: as long as it takes
+          timeout   seconds; None: as long as it takes. A question that is under way then may take
+                    the client's ``call_timeout``; of a job that is done, half a second at most
         Raises: the job's error, whose ``reason`` says why; DeadlineExceeded after the timeout.
+        ``state.done`` tells then whether the job or its servers were waited for.
         """
         deadline = float("inf") if timeout is None else time.monotonic() + timeout
         for state in self._states(deadline):
@@ -135,7 +139,10 @@ class Job:
             )
         if self.state.status != Status.OK:
             raise make_error(self.state.status, self.state.error, self.state.reason)
-        self._await_servers()
+        try:
+            self._await_servers(max(deadline - time.monotonic(), _SHORTEST_WATCH))
+        except DeadlineExceeded as error:
+            raise self._not_served(error) from None
         return self.state
 
     def cancel(self) -> None:
@@ -156,11 +163,25 @@ class Job:
             if _shown(state) != _shown(last):
                 yield state
 
-    def _await_servers(self) -> None:
+    def _await_servers(self, seconds: float) -> None:
         """A watch of what is done returns when each server has it."""
-        name = encode(self.name, "name")
+        function, name = "lb_client_watch_for", encode(self.name, "name")
         self._client.interruptible(
             lambda: make_some(
-                "lb_client_watch", "lb_operation_free", self._client.pointer, name, None, None
+                function, "lb_operation_free", self._client.pointer, name, seconds, None, None
             )
+        )
+
+    def _not_served(self, error: DeadlineExceeded) -> DeadlineExceeded:
+        state = self.state
+        made = (
+            f"published version {state.version} of {state.subject}"
+            if state.version
+            else f"made {state.subject or 'something'}"
+        )
+        return DeadlineExceeded(
+            error.code,
+            f"{state.name} has {made}, but not every server is known to serve it yet: "
+            f"{error.message}",
+            error.reason,
         )

@@ -6,6 +6,7 @@ import signal
 import socket
 import subprocess
 import sys
+import time
 import unittest
 
 import liquidblend
@@ -185,6 +186,56 @@ class WaitingTest(unittest.TestCase):
         job.cancel()
         with self.assertRaises(liquidblend.Cancelled):
             job.wait(timeout=PATIENCE)
+
+
+class SilentServerTest(unittest.TestCase):
+    """A server that falls silent when a job is done, before it tells that it serves the version."""
+
+    @classmethod
+    def setUpClass(cls):
+        cls.server = Server()
+        cls.addClassCleanup(cls.server.stop)
+        cls.client = liquidblend.connect(cls.server.target)
+        for k in range(2):
+            job = cls.client.import_animation(f"dam_{k}", CLIP / f"w{k}_p{k}")
+            job.wait(timeout=PATIENCE)
+        cls.job = cls.client.register("dam", "dam_0", "dam_1", options=FAST)
+        cls.job.wait(timeout=PATIENCE)
+
+    def setUp(self):
+        self.addCleanup(os.kill, self.server.pid, signal.SIGCONT)
+
+    def fall_silent(self, state):
+        if state.done:
+            os.kill(self.server.pid, signal.SIGSTOP)
+            os.waitid(os.P_PID, self.server.pid, os.WSTOPPED)  # till then it may answer
+
+    def test_is_not_waited_for_after_the_timeout(self):
+        begin = time.monotonic()
+        with self.assertRaises(liquidblend.DeadlineExceeded) as raised:
+            self.client.job(self.job.name).wait(self.fall_silent, timeout=1)
+        self.assertLess(time.monotonic() - begin, 20)
+        self.assertIn(
+            f"{self.job.name} has published version 1 of dam, but not every server is known to "
+            f"serve it yet: the server at {self.server.target} has not said",
+            raised.exception.message,
+        )
+
+    def test_has_a_moment_to_answer_also_after_a_timeout_of_nothing(self):
+        self.assertEqual(self.client.job(self.job.name).wait(timeout=0).version, 1)
+
+    def test_is_not_waited_for_after_ctrl_c(self):
+        code, errors = interrupted(
+            "import liquidblend\n"
+            f"client = liquidblend.connect({self.server.target!r})\n"
+            f"job = client.job({self.job.name!r})\n"
+            "def fall_silent(state):\n"
+            f"    os.kill({self.server.pid}, signal.SIGSTOP)\n"
+            "    press_ctrl_c_in('_calls.py', 'wait')\n"
+            "job.wait(fall_silent)\n"
+        )
+        self.assertIn("KeyboardInterrupt", errors)
+        self.assertEqual(code, -signal.SIGINT, errors)
 
 
 class InterruptTest(unittest.TestCase):

@@ -16,8 +16,8 @@ CHECKOUT = pathlib.Path(__file__).resolve().parents[3]
 INCLUDE = CHECKOUT / "client" / "include"
 HEADER = INCLUDE / "liquidblend" / "liquidblend.h"
 PACKAGE = CHECKOUT / "client" / "python"
-# What arrays and garbage collection replace.
-LEFT_OUT = {"lb_frame_copy", "lb_frame_retain"}
+# What arrays, garbage collection and a function with a timeout replace.
+LEFT_OUT = {"lb_frame_copy", "lb_frame_retain", "lb_client_watch"}
 SIZE = '  printf("{0} %zu\\n", sizeof({0}));\n'
 OFFSET = '  printf("{0}.{1} %zu\\n", offsetof({0}, {1}));\n'
 
