@@ -20,6 +20,8 @@ _WEIGHT_RANGE = (-1.0, 2.0)  # a server takes no others
 _SHORT_CONNECT_S = 2.0
 _ANSWER_S = 10.0  # that Blender's window waits for an answer at Connect
 _LOOK_S = 0.5  # how often a task looks whether the user has stopped it
+_CANCEL_S = 2.0  # that a task which is stopped waits for the server to end the job
+_SERVED_S = 30.0  # that servers have at least to load what a job has made
 _RETRY_S = 0.5
 _MAX_PLAYERS = 4  # each holds a file's index
 
@@ -213,9 +215,9 @@ def make_surface(request, is_patient):
 # ---- facts
 
 
-def _answered(ask, origin):
-    """What ask() returns, made on a thread of its own: Connect holds up Blender's window, and a
-    server may answer late, or in many pages. Nobody waits for the thread after _ANSWER_S."""
+def _start(ask):
+    """Calls ask() on a thread of its own, which nobody has to wait for: a server may answer late or
+    never. Returns a queue that gets what it returns, and what it raises."""
     answers = queue.SimpleQueue()
 
     def work():
@@ -225,8 +227,13 @@ def _answered(ask, origin):
             answers.put((None, error))
 
     threading.Thread(target=work, daemon=True, name="liquidblend").start()
+    return answers
+
+
+def _answered(ask, origin):
+    """What ask() returns. Connect holds up Blender's window, so nobody waits after _ANSWER_S."""
     try:
-        answer, error = answers.get(timeout=_ANSWER_S)
+        answer, error = _start(ask).get(timeout=_ANSWER_S)
     except queue.Empty:
         raise TimeoutError(f"no answer of {trust.servers_of(origin.place)} within {_ANSWER_S:g} s"
                            ) from None
@@ -291,25 +298,76 @@ def ply_bytes(attributes, triangles):
 # ---- jobs
 
 
-def _watch(job, report):
-    """Waits for a job; ends it if the user stops waiting."""
-    def tell(state):
-        report(state.waiting_for or state.stage, state.fraction)
+class _Errand:
+    """A job that is begun and waited for on a thread of its own, as a server may hold up any call.
+    The task's thread looks after it, and leaves it behind if the user stops the task."""
 
-    try:
+    def __init__(self, origin, begin, stage, unanswered):
+        """
+        begin       gives the job, of a client
+        stage       what is done till then
+        unanswered  what may happen then although the task is stopped
+        """
+        self._origin, self._begin, self._unanswered = origin, begin, unanswered
+        self._shown = (stage, 0.0)
+        self._job = None
+        self._is_left = False
+
+    def run(self, report):
+        """The job's last state. Called by the task's thread."""
+        answers = _start(self._work)
+        try:
+            while True:
+                report(*self._shown)
+                try:
+                    state, error = answers.get(timeout=_LOOK_S)
+                    break
+                except queue.Empty:
+                    pass
+        except Cancelled:
+            raise Cancelled(self._leave()) from None
+        if error is not None:
+            raise error
+        return state
+
+    def _leave(self):
+        """Ends the job, if there is one; returns what the user has to know."""
+        self._is_left = True  # first: _work() looks at it when it has the job
+        job = self._job
+        if job is None:
+            return f"stopped; {self._unanswered}"
+        if job.state.done:
+            return f"stopped; {job.name} is done at the server"
+        try:
+            _, error = _start(job.cancel).get(timeout=_CANCEL_S)
+        except queue.Empty:
+            error = TimeoutError()
+        return "stopped" if error is None else f"stopped; {job.name} may go on at the server"
+
+    def _work(self):
+        with _client_of(self._origin) as client:
+            self._job = job = self._begin(client)
+            if self._is_left:
+                job.cancel()
+                raise Cancelled("stopped")
+            return self._wait(job)
+
+    def _wait(self, job):
         while True:
             next_look = time.monotonic() + _LOOK_S
             try:
-                return job.wait(tell, timeout=_LOOK_S)
+                return job.wait(self._tell, timeout=_LOOK_S)
             except package().DeadlineExceeded:
-                if job.state.done:
-                    raise
+                if job.state.done:  # only its servers are waited for
+                    return job.wait(self._tell, timeout=max(_patience(), _SERVED_S))
             # A server may say at once that its time is up, before wait() has told anything.
             time.sleep(max(next_look - time.monotonic(), 0.0))
-            tell(job.state)
-    except Cancelled:
-        job.cancel()
-        raise
+            self._tell(job.state)
+
+    def _tell(self, state):
+        self._shown = (state.waiting_for or state.stage, state.fraction)
+        if self._is_left:
+            raise Cancelled("stopped")
 
 
 def import_animation(origin, animation, folder, options, report):
@@ -317,12 +375,12 @@ def import_animation(origin, animation, folder, options, report):
 
     options  those of Client.import_animation(), with `up` as "z", or None where it is not known
     """
-    report("upload", 0.0)
     options = dict(options)
     up = options.pop("up", None)
     name = (up or "unknown").upper().replace("-", "MINUS_")
-    with _client_of(origin) as client:
-        _watch(client.import_animation(animation, folder, up=package().Up[name], **options), report)
+    options["up"] = package().Up[name]
+    _Errand(origin, lambda client: client.import_animation(animation, folder, **options), "upload",
+            "the upload may go on for a while, and the server may import it").run(report)
     return f"animation {animation} is imported"
 
 
@@ -348,7 +406,8 @@ def _begin_registration(client, registration):
 
 def register(origin, registration, report):
     """Registers a family; returns a line for the user."""
-    with _client_of(origin) as client:
-        state = _watch(_begin_registration(client, registration), report)
+    errand = _Errand(origin, lambda client: _begin_registration(client, registration), "request",
+                     "the server may have got the request, and register it")
+    state = errand.run(report)
     grade = state.grade.name.lower().replace("_", " ")
     return f"family {registration.family}, version {state.version}: {grade}"

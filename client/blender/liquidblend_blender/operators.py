@@ -190,7 +190,7 @@ other object's mesh of each frame of the scene"""
             try:
                 return connection.import_animation(origin, animation, folder, options, report)
             finally:
-                if is_temporary:
+                if is_temporary:  # an upload that goes on after Stop ends at the next file
                     shutil.rmtree(folder, ignore_errors=True)
 
         return start_task(self, f"send {animation}", work)

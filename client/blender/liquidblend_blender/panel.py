@@ -28,8 +28,10 @@ def _draw_task(layout):
         else:
             row.operator("liquidblend.stop", text="", icon='X')
     else:
-        text = task.error or task.result or "done"
-        layout.label(text=f"{task.title}: {text}", icon='ERROR' if task.error else 'CHECKMARK')
+        text = f"{task.title}: {task.error or task.result or 'done'}"
+        column = layout.column(align=True)
+        for line in _lines(text, 48):
+            column.label(text=line, icon='ERROR' if task.error else 'CHECKMARK')
 
 
 def _draw_state(layout, object, scene):

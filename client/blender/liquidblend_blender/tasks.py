@@ -33,8 +33,8 @@ class Task:
     def run(self, work):
         try:
             self.result = work(self.report) or ""
-        except Cancelled:
-            self.error = "stopped"
+        except Cancelled as stop:
+            self.error = words.of_error(stop)
         except Exception as error:
             self.error = words.of_error(error)
             if isinstance(error, (TypeError, AttributeError, LookupError, NameError)):

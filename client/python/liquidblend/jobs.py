@@ -83,7 +83,7 @@ class Job:
     """An import or a registration at the server, which goes on whether it is watched or not.
 
     Iterating gives its state each time that changes, the last one with ``done``.
-    Threads: one at a time.
+    Threads: one at a time; ``cancel()`` is safe on any.
     """
 
     def __init__(self, client: ClientHandle, state: JobState) -> None:

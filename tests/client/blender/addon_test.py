@@ -450,28 +450,6 @@ class Waiting(LiquidTest):
         finally:
             connection._frame_now = make
 
-    def test_ends_a_job_that_does_not_change(self):
-        tasks, cancelled = module("tasks"), []
-
-        class Job:
-            state = types.SimpleNamespace(done=False, waiting_for="", stage="queued", fraction=0.0)
-
-            def wait(self, progress, timeout):
-                progress(self.state)
-                raise package().DeadlineExceeded(package().Status.DEADLINE_EXCEEDED, "not done")
-
-            def cancel(self):
-                cancelled.append(True)
-
-        def report(_stage, _fraction, told=[]):
-            told.append(True)
-            if len(told) == 3:
-                raise tasks.Cancelled("stopped")
-
-        with self.assertRaises(tasks.Cancelled):
-            module("connection")._watch(Job(), report)
-        self.assertEqual(cancelled, [True])
-
 
 class Renders(LiquidTest):
     def test_have_the_exact_frames(self):

@@ -33,6 +33,7 @@ class FakeClient:
     family_found = None
     message = "no frames"
     holds_up = None  # an event that answers wait for
+    job = None
 
     def __init__(self, *_arguments, **_options):
         pass
@@ -47,6 +48,38 @@ class FakeClient:
 
     def frame(self, *_arguments, **_options):
         raise error_of("NotFound", self.message)
+
+    def import_animation(self, *_arguments, **_options):
+        if self.holds_up:
+            self.holds_up.wait(20.0)
+        return self.job
+
+    def register(self, *_arguments, **_options):
+        return self.job
+
+
+class FakeJob:
+    """A job of a server that answers what a test says."""
+
+    name = "operations/evil-1"
+
+    def __init__(self, **state):
+        state = {"done": False, "waiting_for": "", "stage": "queued", "fraction": 0.0, **state}
+        self.state = types.SimpleNamespace(version=1, grade=package().Grade.GOOD, **state)
+        self.timeouts = []  # of the waits
+        self.is_cancelled = threading.Event()
+        self.holds_up = threading.Event()  # what the waits wait for
+        self.holds_up_cancel = None
+
+    def wait(self, progress=None, timeout=None):
+        self.timeouts.append(timeout)
+        self.holds_up.wait(20.0)
+        return self.state
+
+    def cancel(self):
+        if self.holds_up_cancel:
+            self.holds_up_cancel.wait(20.0)
+        self.is_cancelled.set()
 
 
 class HostileTest(LiquidTest):
@@ -201,31 +234,118 @@ class Answers(HostileTest):
                 bpy.ops.liquidblend.connect()
         self.assertLess(time.monotonic() - begin, 10.0)
 
-    def test_that_time_is_up_at_once_leave_a_task_that_can_be_stopped(self):
-        cancelled, num_waits, begin = [], [], time.monotonic()
 
-        class Job:
-            state = types.SimpleNamespace(done=False, waiting_for="", stage="queued", fraction=0.0)
+class Stop(HostileTest):
+    """The button, in Blender's window, while a server does not answer."""
 
-            def wait(self, _progress, timeout):
-                num_waits.append(timeout)
-                if len(num_waits) > 100:
-                    raise AssertionError("it asks without end")
-                raise package().DeadlineExceeded(package().Status.DEADLINE_EXCEEDED, "at once")
+    def setUp(self):
+        super().setUp()
+        tasks = module("tasks")
+        timers = types.SimpleNamespace(register=lambda *_arguments, **_options: None)
+        app = types.SimpleNamespace(background=False, timers=timers)
+        self.job, released = FakeJob(), threading.Event()
+        self.job.holds_up = self.released = released
+        for patch in (mock.patch.object(tasks, "bpy", types.SimpleNamespace(app=app)),
+                      mock.patch.object(FakeClient, "job", self.job)):
+            patch.start()
+            self.addCleanup(patch.stop)
+        self.addCleanup(released.set)
 
-            def cancel(self):
-                cancelled.append(True)
+    def start(self, work, is_begun):
+        """Starts a task, and waits until it has come so far."""
+        module("tasks").start("test", work)
+        self.wait_until(is_begun)
 
-        task, connection = module("tasks").Task("register"), module("connection")
+    def start_import(self, is_begun):
+        origin = module("ask").server_of(self.liquid.liquidblend)
+        self.start(lambda report: module("connection").import_animation(
+            origin, "drops", "folder", {}, report), is_begun)
 
-        def report(stage, fraction):
-            task.is_cancelled = len(num_waits) == 3
-            task.report(stage, fraction)
+    def start_registration(self, is_begun=None):
+        origin = module("ask").server_of(self.liquid.liquidblend)
+        connection = module("connection")
+        request = connection.Registration("drops", "a", ["b"], [], 'NEW')
+        self.start(lambda report: connection.register(origin, request, report),
+                   is_begun or (lambda: self.job.timeouts))
 
-        with mock.patch.object(connection, "_LOOK_S", 0.05):
-            task.run(lambda _report: connection._watch(Job(), report))
-        self.assertEqual((task.error, cancelled, len(num_waits)), ("stopped", [True], 3))
-        self.assertGreaterEqual(time.monotonic() - begin, 0.15, "it asks without a pause")
+    def wait_until(self, condition):
+        deadline = time.monotonic() + 10.0
+        while not condition():
+            self.assertLess(time.monotonic(), deadline, module("tasks").current.stage)
+            time.sleep(0.01)
+
+    def stop(self):
+        """What the panel says afterwards."""
+        self.assertEqual(bpy.ops.liquidblend.stop(), {'FINISHED'})
+        self.wait_until(lambda: not module("tasks").is_running())
+        return module("tasks").current.error
+
+    def test_ends_an_upload_that_is_not_read(self):
+        with mock.patch.object(FakeClient, "holds_up", self.released):
+            self.start_import(lambda: module("tasks").current.stage == "upload")
+            self.assertRegex(self.stop(), "^stopped; the upload may go on.* may import it")
+        self.assertFalse(self.job.is_cancelled.is_set())
+        self.released.set()
+        self.assertTrue(self.job.is_cancelled.wait(10.0), "the import goes on after the upload")
+        self.assertEqual(self.job.timeouts, [], "it is waited for")
+
+    def test_ends_a_wait_for_a_job(self):
+        self.start_registration()
+        self.assertEqual(self.stop(), "stopped")
+        self.assertTrue(self.job.is_cancelled.is_set())
+
+    def test_tells_of_a_job_that_is_not_cancelled(self):
+        self.job.holds_up_cancel = self.released
+        with mock.patch.object(module("connection"), "_CANCEL_S", 0.1):
+            self.start_registration()
+            self.assertEqual(self.stop(), "stopped; operations/evil-1 may go on at the server")
+
+    def test_tells_of_a_job_that_is_done_but_not_served(self):
+        self.job.state.done = True
+        self.start_registration()
+        self.assertEqual(self.stop(), "stopped; operations/evil-1 is done at the server")
+        self.assertFalse(self.job.is_cancelled.is_set())
+
+    def test_leaves_a_place_for_the_next_task(self):
+        for _ in range(2):
+            self.job.timeouts.clear()
+            self.start_registration()
+            self.assertEqual(self.stop(), "stopped")
+        self.released.set()
+        self.start_registration(lambda: not module("tasks").is_running())
+        self.assertEqual(module("tasks").current.result, "family drops, version 1: good")
+
+    def test_ends_a_job_whose_server_says_at_once_that_its_time_is_up(self):
+        timeouts, begin = self.job.timeouts, time.monotonic()
+
+        def wait(_progress=None, timeout=None):
+            timeouts.append(timeout)
+            raise error_of("DeadlineExceeded", "at once")
+
+        self.job.wait = wait
+        with mock.patch.object(module("connection"), "_LOOK_S", 0.05):
+            self.start_registration(lambda: len(timeouts) > 2)
+            self.assertEqual(self.stop(), "stopped")
+            most = 2.0 + (time.monotonic() - begin) / 0.05
+        self.assertTrue(self.job.is_cancelled.is_set())
+        self.assertLessEqual(len(timeouts), most, "it asks without a pause")
+
+    def test_is_not_needed_while_servers_load_a_version(self):
+        """The job is done, and they may take longer for it than from one look to the next."""
+        timeouts = self.job.timeouts
+
+        def wait(_progress=None, timeout=None):
+            timeouts.append(timeout)
+            self.job.state.done = True
+            if len(timeouts) == 1:
+                raise error_of("DeadlineExceeded", "not served yet")
+            return self.job.state
+
+        self.job.wait = wait
+        self.start_registration(lambda: not module("tasks").is_running())
+        self.assertEqual(module("tasks").current.result, "family drops, version 1: good")
+        self.assertEqual(len(timeouts), 2)
+        self.assertGreaterEqual(timeouts[1], 30.0)
 
 
 class Triangles(LiquidTest):
