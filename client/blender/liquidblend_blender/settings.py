@@ -10,6 +10,8 @@ from . import mapping, words
 
 _MAX_CONTROLS = 1000
 _MAX_KEY_BYTES = 63  # of the name of a custom property
+# How descriptions of our custom properties begin. Scenes of all versions have them.
+_WEIGHT, _PARAMETER = "Blend weight of the target ", "Parameter "
 _family_names = []  # of the server that was asked last
 
 
@@ -150,7 +152,27 @@ def _is_of_an_add_on(object, key):
     return found is not None and found.is_runtime
 
 
-def _check_control(object, control, our_keys):
+def _animated_paths(object):
+    """The paths that keys, strips of the nonlinear animation or drivers of an object set."""
+    animation = object.animation_data
+    if animation is None:
+        return frozenset()
+    actions = [strip.action for track in animation.nla_tracks for strip in track.strips]
+    curves = [curve for action in [animation.action, *actions]
+              for curve in getattr(action, "fcurves", ())]  # others in Blender 5
+    return frozenset(curve.data_path for curve in [*curves, *animation.drivers])
+
+
+def _is_weight(object, key, animated):
+    """Whether a number, of which the scene's file does not say that it is ours, is a weight or
+    parameter: the add-on has described it, as it did before it kept lists, or it is animated, as by
+    a script that makes it before the first Connect."""
+    description = object.id_properties_ui(key).as_dict().get("description", "")
+    return (description.startswith((_WEIGHT, _PARAMETER))
+            or f'["{bpy.utils.escape_identifier(key)}"]' in animated)
+
+
+def _check_control(object, control, our_keys, animated):
     name, _, *numbers = control
     key, shown = _key_of(name), f"weight or parameter '{words.clean(name, 80)}'"
     if not key or words.clean(name) != name:
@@ -160,7 +182,9 @@ def _check_control(object, control, our_keys):
     if _is_of_an_add_on(object, key):
         raise ValueError(f"{shown}: an add-on's values have that name")
     value = object.get(key)
-    if value is not None and not (key in our_keys and isinstance(value, (int, float))):
+    is_ours = value is None or isinstance(value, (int, float)) and (
+        key in our_keys or _is_weight(object, key, animated))
+    if not is_ours:
         raise ValueError(f"{shown}: the object has another custom property of that name; rename or "
                          "remove it")
 
@@ -173,8 +197,9 @@ def _check_controls(object, controls):
     settings = object.liquidblend
     our_keys = {control.key for control in settings.controls}
     our_keys.update(control.key for control in settings.former_controls)
+    animated = _animated_paths(object)
     for control in controls:
-        _check_control(object, control, our_keys)
+        _check_control(object, control, our_keys, animated)
 
 
 def _forget_controls(object):
@@ -192,7 +217,7 @@ def set_controls(object, controls):
 
     controls  (name, is parameter, default, smallest, largest, soft smallest, soft largest) each
     Raises ValueError, and changes nothing, if a name is not fit for a custom property, or is that
-    of a property which the add-on has not made.
+    of a property which neither the add-on has made nor keys or drivers set.
     """
     _check_controls(object, controls)
     _forget_controls(object)
@@ -204,10 +229,9 @@ def set_controls(object, controls):
         value = object.get(control.key)
         value = float(value) if isinstance(value, (int, float)) else default
         object[control.key] = min(max(value, smallest), largest)
-        what = "Parameter" if is_parameter else "Blend weight of the target"
         object.id_properties_ui(control.key).update(
             min=smallest, max=largest, soft_min=soft_min, soft_max=soft_max, default=default,
-            step=1.0, precision=3, description=f"{what} {name}")
+            step=1.0, precision=3, description=f"{_PARAMETER if is_parameter else _WEIGHT}{name}")
 
 
 def register():

@@ -137,6 +137,44 @@ class Names(HostileTest):
         self.assertEqual((self.liquid["drops_b"], self.liquid["drops_c"]), (0.5, 1.0))
         self.assertEqual(len(self.liquid.liquidblend.former_controls), 3)
 
+    def test_of_scenes_of_older_add_ons_are_known_again(self):
+        """They kept the custom properties of a former family, and no list of them."""
+        for name, targets, family in (
+                ("drops_b", ["drops_b"], {}),
+                ("height", [], {"parameters": ("height",), "points": ((1.0,), (3.0,))})):
+            self.connect(*targets, **family)
+            self.liquid[name] = 1.5
+            self.connect("other")
+            self.liquid.liquidblend.former_controls.clear()
+            self.connect(*targets, **family)
+            self.assertEqual(self.keys(), [name])
+            self.assertEqual(self.liquid[name], 1.5)
+
+    def test_that_a_script_animates_before_it_connects_are_fit(self):
+        keyed, driven, in_strip = 'drops_"b"', "drops_c", "drops_d"
+        for name in (keyed, driven, in_strip):
+            self.liquid[name] = 0.5
+        self.liquid.keyframe_insert(f'["{in_strip}"]', frame=1)
+        animation = self.liquid.animation_data
+        animation.nla_tracks.new().strips.new("strip", 1, animation.action)
+        animation.action = None
+        self.liquid.keyframe_insert(f'["{bpy.utils.escape_identifier(keyed)}"]', frame=1)
+        self.liquid.driver_add(f'["{driven}"]').driver.expression = "0.5"
+        self.connect(keyed, driven, in_strip)
+        self.assertEqual(self.keys(), [keyed, driven, in_strip])
+        self.assertEqual([self.liquid[name] for name in self.keys()], 3 * [0.5])
+        self.assertEqual(len(animation.action.fcurves) + len(animation.drivers), 2)
+
+    def test_that_are_animated_are_fit_for_numbers_only(self):
+        self.liquid["row"], self.liquid["text"] = [1.0, 2.0], "words"
+        self.liquid.keyframe_insert('["row"]', frame=1)
+        self.liquid.id_properties_ui("text").update(description="Parameter text")
+        self.liquid["mass"] = 12.0
+        self.liquid.id_properties_ui("mass").update(description="Mass: Parameter of an add-on")
+        for name in ("row", "text", "mass"):
+            self.assert_refused(name, why=f"'{name}': the object has another custom property")
+        self.assertEqual(list(self.liquid["row"]), [1.0, 2.0])
+
     def test_that_blender_has_for_other_things_are_fit(self):
         self.connect("scale", "location")
         self.assertEqual(self.keys(), ["scale", "location"])
