@@ -186,7 +186,7 @@ const std::set<std::string_view> kSystem = {
     "netdb.h",       "emmintrin.h",   "xmmintrin.h",  "sys/file.h",     "sys/ioctl.h",
     "sys/mman.h",    "sys/prctl.h",   "sys/random.h", "sys/resource.h", "sys/socket.h",
     "sys/stat.h",    "sys/statvfs.h", "sys/types.h",  "sys/wait.h",     "netinet/in.h",
-    "netinet/tcp.h", "arpa/inet.h"};
+    "netinet/tcp.h", "arpa/inet.h",   "ifaddrs.h"};
 
 // The headers of C that an example needs.
 const std::set<std::string_view> kC = {"getopt.h", "math.h",  "stdbool.h", "stddef.h",

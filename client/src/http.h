@@ -11,6 +11,7 @@
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
 #include "absl/strings/string_view.h"
+#include "absl/time/time.h"
 
 namespace liquidblend::client {
 
@@ -29,11 +30,12 @@ enum class HttpHosts {
 // Connections are kept. Errors of calls: kUnavailable without a whole answer, or if the host may
 // not be named; kDataLoss if a header is none. Messages never hold the url's query, which is a
 // credential. A proxy of the environment (https_proxy) decides itself which addresses it reaches.
-// Threads: one.
+// Less than 1 KiB/s for 30 s ends a transfer. Threads: one.
 class Http {
  public:
-  // ca_file: PEM of trusted authorities for https; empty: the system's.
-  Http(std::string ca_file, HttpHosts hosts);
+  // ca_file         PEM of trusted authorities for https; empty: the system's
+  // answer_timeout  from the last byte of a request's body to the end of the answer
+  Http(std::string ca_file, HttpHosts hosts, absl::Duration answer_timeout = absl::Minutes(10));
   ~Http();
   Http(const Http&) = delete;
   Http& operator=(const Http&) = delete;
@@ -45,17 +47,18 @@ class Http {
                                  const std::map<std::string, std::string>& headers, int64_t size,
                                  const Source& source);
   absl::StatusOr<HttpAnswer> Post(const std::string& url, const std::string& body);
-  // Receives the bytes of an answer with status 200, until it returns false. Less than 1 KiB/s for
-  // 30 s ends it.
+  // Receives the bytes of an answer with status 200, until it returns false.
   using Sink = std::function<bool(absl::string_view bytes)>;
   absl::StatusOr<HttpAnswer> Get(const std::string& url, const Sink& sink);
 
  private:
   struct Exchange;
+  void Prepare(const std::string& url, Exchange& exchange);
   absl::StatusOr<HttpAnswer> Run(const std::string& url, Exchange& exchange);
 
   const std::string ca_file_;
   const HttpHosts hosts_;
+  const absl::Duration answer_timeout_;
   void* const easy_;  // CURL
 };
 
