@@ -1,7 +1,6 @@
 #include "client/src/status.h"
 
 #include <algorithm>
-#include <iterator>
 #include <map>
 #include <string>
 #include <utility>
@@ -11,11 +10,17 @@
 #include "absl/strings/match.h"
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_join.h"
+#include "absl/strings/string_view.h"
 #include "client/src/reason.h"
 #include "google/rpc/error_details.pb.h"
 
 namespace liquidblend::client {
 namespace {
+
+// More of a kind are not shown, and what they repeat is looked for in the message's beginning only:
+// a server may send millions.
+constexpr int kMaxShown = 100;
+constexpr size_t kMaxSearchedBytes = 4096;
 
 constexpr char kRetryInfoUrl[] = "type.googleapis.com/google.rpc.RetryInfo";
 
@@ -26,12 +31,14 @@ absl::Duration DelayOf(const google::rpc::RetryInfo& info) {
 
 // "" if it says no more than the code and the message.
 std::string DescribeErrorInfo(const google::rpc::ErrorInfo& info, int code,
-                              const std::string& message) {
-  std::map<std::string, std::string> metadata(info.metadata().begin(), info.metadata().end());
-  for (auto entry = metadata.begin(); entry != metadata.end();) {
+                              absl::string_view message) {
+  std::map<std::string, std::string> metadata;
+  int num_left = kMaxShown;
+  for (const auto& [key, value] : info.metadata()) {
+    if (num_left-- == 0) break;
     // "families/drops" is not needed beside "there is no family 'drops'".
-    const std::string id = entry->second.substr(entry->second.rfind('/') + 1);
-    entry = absl::StrContains(message, id) ? metadata.erase(entry) : std::next(entry);
+    const absl::string_view id = absl::string_view(value).substr(value.rfind('/') + 1);
+    if (!absl::StrContains(message, id)) metadata.emplace(key, value);
   }
   const auto code_name = absl::StatusCodeToString(static_cast<absl::StatusCode>(code));
   if (metadata.empty() && info.reason() == code_name) return "";
@@ -43,16 +50,17 @@ std::string DescribeErrorInfo(const google::rpc::ErrorInfo& info, int code,
 }
 
 // Whether `message` is made of sentences of which `text` is one.
-bool Says(const std::string& message, const std::string& text) {
+bool Says(absl::string_view message, const std::string& text) {
   return absl::StartsWith(message, text) || absl::StrContains(message, "; " + text) ||
          absl::StrContains(message, ": " + text);
 }
 
 // Without what the message says already.
 std::string DescribeBadRequest(const google::rpc::BadRequest& bad_request,
-                               const std::string& message) {
+                               absl::string_view message) {
   std::vector<std::string> violations;
-  for (const auto& violation : bad_request.field_violations()) {
+  for (int k = 0; k < std::min(kMaxShown, bad_request.field_violations_size()); ++k) {
+    const google::rpc::BadRequest::FieldViolation& violation = bad_request.field_violations(k);
     std::string text = absl::StrCat(violation.field(), ": ", violation.description());
     if (!Says(message, text)) violations.push_back(std::move(text));
   }
@@ -60,7 +68,7 @@ std::string DescribeBadRequest(const google::rpc::BadRequest& bad_request,
 }
 
 std::string DescribeDetail(const google::protobuf::Any& detail, int code,
-                           const std::string& message) {
+                           absl::string_view message) {
   google::rpc::ErrorInfo info;
   if (detail.UnpackTo(&info)) return DescribeErrorInfo(info, code, message);
   google::rpc::BadRequest bad_request;
@@ -75,14 +83,17 @@ std::string DescribeDetail(const google::protobuf::Any& detail, int code,
 }
 
 absl::Status MakeStatus(int code, const std::string& message, const google::rpc::Status& details) {
+  const absl::string_view beginning = absl::string_view(message).substr(0, kMaxSearchedBytes);
+  const int num_details = std::min(kMaxShown, details.details_size());
   std::string text = message;
-  for (const google::protobuf::Any& detail : details.details()) {
-    const std::string described = DescribeDetail(detail, code, message);
+  for (int k = 0; k < num_details; ++k) {
+    const std::string described = DescribeDetail(details.details(k), code, beginning);
     if (!described.empty()) absl::StrAppend(&text, text.empty() ? "" : "; ", described);
   }
   // Google's codes have the same numbers in gRPC, google.rpc and Abseil; others become kUnknown.
   absl::Status status(static_cast<absl::StatusCode>(code >= 0 && code <= 16 ? code : 2), text);
-  for (const google::protobuf::Any& detail : details.details()) {
+  for (int k = 0; k < num_details; ++k) {
+    const google::protobuf::Any& detail = details.details(k);
     if (detail.Is<google::rpc::RetryInfo>()) {
       status.SetPayload(kRetryInfoUrl, absl::Cord(detail.value()));
     }

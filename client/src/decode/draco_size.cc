@@ -61,7 +61,9 @@ absl::Status CheckDracoSize(const std::string& draco_bytes) {
       kMaxSpareDracoTriangles + kMaxDracoTrianglesPerByte * draco_bytes.size();
   if (counts.triangles > max_triangles || counts.points > 3 * max_triangles) {
     return DamagedDraco(absl::StrCat(counts.triangles, " triangles and ", counts.points,
-                                     " points in ", draco_bytes.size(), " bytes"));
+                                     " points in ", draco_bytes.size(), " bytes, where at most ",
+                                     max_triangles,
+                                     " triangles are read; the encoding FASTEST has fewer a byte"));
   }
   return absl::OkStatus();
 }

@@ -3,7 +3,10 @@
 #include <gtest/gtest.h>
 
 #include <string>
+#include <vector>
 
+#include "absl/strings/str_cat.h"
+#include "absl/strings/str_split.h"
 #include "client/src/reason.h"
 #include "google/rpc/error_details.pb.h"
 
@@ -49,6 +52,31 @@ TEST(FromProto, AReasonThatOnlyRepeatsTheCodeIsLeftOut) {
   EXPECT_EQ(ReasonOf(FromProto(proto)), "FAMILY_EVICTED");
   proto.clear_details();
   EXPECT_EQ(ReasonOf(FromProto(proto)), "");
+}
+
+// Each is looked for in the message, which a server makes as long as it likes.
+TEST(FromProto, OfManyDetailsTheFirstAreShown) {
+  google::rpc::Status proto;
+  proto.set_code(3);
+  proto.set_message("why" + std::string(10'000, ' ') + "; late: why");
+  google::rpc::BadRequest bad_request;
+  for (int k = 0; k < 1000; ++k) {
+    auto& violation = *bad_request.add_field_violations();
+    violation.set_field(k == 0 ? "late" : absl::StrCat("field ", k));
+    violation.set_description("why");
+  }
+  google::rpc::ErrorInfo info;
+  for (int k = 0; k < 1000; ++k) (*info.mutable_metadata())[absl::StrCat("key ", k)] = "value";
+  proto.add_details()->PackFrom(bad_request);
+  for (int k = 0; k < 1000; ++k) proto.add_details()->PackFrom(info);
+  const std::string text(FromProto(proto).message());
+  const auto count = [&](const std::string& word) {
+    return std::vector<std::string>(absl::StrSplit(text, word)).size() - 1;
+  };
+  EXPECT_EQ(count("; late: why"), 2) << "the end of the message is not searched";
+  EXPECT_EQ(count("field "), 99);
+  EXPECT_EQ(count("reason: "), 99);
+  EXPECT_EQ(count("key "), 9900);
 }
 
 TEST(FromProto, MetadataThatTheMessageHoldsIsNotRepeated) {
