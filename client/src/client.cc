@@ -12,8 +12,6 @@
 namespace liquidblend {
 namespace {
 
-constexpr int kPageSize = 1000;
-
 template <typename Request>
 Request NamedRequest(const std::string& name) {
   Request request;
@@ -50,18 +48,15 @@ absl::StatusOr<Animation> Client::GetAnimation(const std::string& name) {
 
 absl::StatusOr<std::vector<Animation>> Client::ListAnimations() {
   std::vector<Animation> animations;
-  v1::ListAnimationsRequest request;
-  request.set_page_size(kPageSize);
   const auto fetch = [&](const v1::ListAnimationsRequest& next) {
     return impl_->Call(&Impl::Service::ListAnimations, next);
   };
-  const auto take = [&](const v1::ListAnimationsResponse& page) -> absl::Status {
-    for (const v1::Animation& animation : page.animations()) {
-      LBC_ASSIGN_OR_RETURN(animations.emplace_back(), client::FromProto(animation));
-    }
+  const auto items = [](const auto& page) -> auto& { return page.animations(); };
+  const auto take = [&](const v1::Animation& animation) -> absl::Status {
+    LBC_ASSIGN_OR_RETURN(animations.emplace_back(), client::FromProto(animation));
     return absl::OkStatus();
   };
-  LBC_RETURN_IF_ERROR(client::ForEachPage(request, fetch, take));
+  LBC_RETURN_IF_ERROR(client::ForEachItem(v1::ListAnimationsRequest(), fetch, items, take));
   return animations;
 }
 
@@ -95,19 +90,16 @@ absl::StatusOr<Family> Client::GetFamily(const std::string& name, int64_t versio
 
 absl::StatusOr<std::vector<Family>> Client::ListFamilies() {
   std::vector<Family> families;
-  v1::ListFamiliesRequest request;
-  request.set_page_size(kPageSize);
   const auto fetch = [&](const v1::ListFamiliesRequest& next) {
     return impl_->Call(&Impl::Service::ListFamilies, next);
   };
-  const auto take = [&](const v1::ListFamiliesResponse& page) -> absl::Status {
-    for (const v1::Family& family : page.families()) {
-      impl_->known_versions.Note(family.name(), family.version());
-      LBC_ASSIGN_OR_RETURN(families.emplace_back(), client::FromProto(family));
-    }
+  const auto items = [](const auto& page) -> auto& { return page.families(); };
+  const auto take = [&](const v1::Family& family) -> absl::Status {
+    impl_->known_versions.Note(family.name(), family.version());
+    LBC_ASSIGN_OR_RETURN(families.emplace_back(), client::FromProto(family));
     return absl::OkStatus();
   };
-  LBC_RETURN_IF_ERROR(client::ForEachPage(request, fetch, take));
+  LBC_RETURN_IF_ERROR(client::ForEachItem(v1::ListFamiliesRequest(), fetch, items, take));
   return families;
 }
 

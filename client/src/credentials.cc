@@ -21,9 +21,9 @@ constexpr size_t kMaxPemBytes = 1 << 20;  // a system's authorities are a fifth 
 
 class OpenFile {
  public:
-  // Does not wait for a FIFO's other end.
-  explicit OpenFile(const std::string& path)
-      : descriptor_(::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK)) {}
+  // Without `waits` it does not wait for a FIFO's other end.
+  OpenFile(const std::string& path, bool waits)
+      : descriptor_(::open(path.c_str(), O_RDONLY | O_CLOEXEC | (waits ? 0 : O_NONBLOCK))) {}
   ~OpenFile() {
     if (descriptor_ >= 0) ::close(descriptor_);
   }
@@ -52,10 +52,16 @@ class OpenFile {
   const int descriptor_;
 };
 
+// Who chooses the path of a file.
+enum class Chosen {
+  kByAnyone,  // a scene's file, too: it may name a device or a FIFO that has no end
+  kByUser,    // it may be a pipe, of a program that knows a secret
+};
+
 // The text of a PEM file that has a `label`, such as "CERTIFICATE"; "" of "". gRPC would not tell a
-// wrong file from a server that does not answer. A scene's file may name the path, and so a device
-// or a FIFO that has no end.
-absl::StatusOr<std::string> ReadPem(const char* field, const char* label, const std::string& path) {
+// wrong file from a server that does not answer.
+absl::StatusOr<std::string> ReadPem(const char* field, const char* label, const std::string& path,
+                                    Chosen chosen) {
   if (path.empty()) return std::string();
   const auto invalid = [&](const std::string& what) {
     return absl::InvalidArgumentError(absl::StrCat(field, ": ", path, " ", what));
@@ -64,9 +70,9 @@ absl::StatusOr<std::string> ReadPem(const char* field, const char* label, const 
     const std::string why = std::strerror(errno);
     return absl::NotFoundError(absl::StrCat(field, ": ", path, " cannot be read: ", why));
   };
-  const OpenFile file(path);
+  const OpenFile file(path, /*waits=*/chosen == Chosen::kByUser);
   if (!file.is_open()) return unreadable();
-  if (!file.IsRegular()) return invalid("is no regular file");
+  if (chosen == Chosen::kByAnyone && !file.IsRegular()) return invalid("is no regular file");
   std::string text;
   if (!file.Read(kMaxPemBytes + 1, text)) return unreadable();
   if (text.size() > kMaxPemBytes) return invalid("is larger than 1 MiB");
@@ -80,9 +86,12 @@ absl::StatusOr<std::shared_ptr<grpc::ChannelCredentials>> CredentialsOf(
     const SecurityOptions& options) {
   if (!options.uses_tls()) return grpc::InsecureChannelCredentials();
   grpc::SslCredentialsOptions ssl;
-  LBC_ASSIGN_OR_RETURN(ssl.pem_root_certs, ReadPem("tls_ca", "CERTIFICATE", options.tls_ca));
-  LBC_ASSIGN_OR_RETURN(ssl.pem_cert_chain, ReadPem("tls_cert", "CERTIFICATE", options.tls_cert));
-  LBC_ASSIGN_OR_RETURN(ssl.pem_private_key, ReadPem("tls_key", "PRIVATE KEY", options.tls_key));
+  LBC_ASSIGN_OR_RETURN(ssl.pem_root_certs,
+                       ReadPem("tls_ca", "CERTIFICATE", options.tls_ca, Chosen::kByAnyone));
+  LBC_ASSIGN_OR_RETURN(ssl.pem_cert_chain,
+                       ReadPem("tls_cert", "CERTIFICATE", options.tls_cert, Chosen::kByUser));
+  LBC_ASSIGN_OR_RETURN(ssl.pem_private_key,
+                       ReadPem("tls_key", "PRIVATE KEY", options.tls_key, Chosen::kByUser));
   return grpc::SslCredentials(ssl);
 }
 

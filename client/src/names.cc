@@ -1,13 +1,20 @@
 #include "client/src/names.h"
 
+#include <algorithm>
 #include <cstdint>
 #include <random>
 
+#include "absl/strings/ascii.h"
 #include "absl/strings/match.h"
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
 
 namespace liquidblend::client {
+namespace {
+
+constexpr size_t kMaxPastedLetters = 200;
+
+}  // namespace
 
 std::string ResourceName(const std::string& collection, const std::string& id_or_name) {
   return absl::StrCat(collection, "/", ResourceId(collection, id_or_name));
@@ -16,6 +23,14 @@ std::string ResourceName(const std::string& collection, const std::string& id_or
 std::string ResourceId(const std::string& collection, const std::string& id_or_name) {
   const std::string prefix = collection + "/";
   return absl::StartsWith(id_or_name, prefix) ? id_or_name.substr(prefix.size()) : id_or_name;
+}
+
+bool IsSafeToPaste(absl::string_view name) {
+  return !name.empty() && name.size() <= kMaxPastedLetters && name[0] != '-' &&
+         std::all_of(name.begin(), name.end(), [](char c) {
+           return absl::ascii_isalnum(static_cast<unsigned char>(c)) ||
+                  absl::StrContains("/_.-", absl::string_view(&c, 1));
+         });
 }
 
 std::string MakeRequestId() {

@@ -16,7 +16,6 @@
 namespace liquidblend {
 namespace {
 
-constexpr int kOperationsPerPage = 1000;
 constexpr absl::Duration kPause = absl::Milliseconds(200);  // while a server cannot answer
 
 template <typename Request>
@@ -26,12 +25,18 @@ Request OperationRequest(const std::string& name) {
   return request;
 }
 
+// "`liquidblend operations ID FLAGS` verb", with no name to copy that a shell would run.
+std::string HowToSee(const std::string& operation, const char* flags, const char* verb) {
+  if (!client::IsSafeToPaste(operation)) return "`liquidblend operations` lists it";
+  return absl::StrCat("`liquidblend operations ", operation, flags, "` ", verb);
+}
+
 // Adds advice to the error of a lost connection.
 absl::Status LostSight(const std::string& operation, const absl::Status& status) {
   if (!absl::IsUnavailable(status)) return status;
-  return absl::UnavailableError(absl::StrCat(status.message(), "; ", operation,
-                                             " may go on nevertheless: `liquidblend operations ",
-                                             operation, " --wait` watches it"));
+  return absl::UnavailableError(
+      absl::StrCat(status.message(), "; ", operation,
+                   " may go on nevertheless: ", HowToSee(operation, " --wait", "watches it")));
 }
 
 }  // namespace
@@ -48,18 +53,16 @@ absl::StatusOr<std::vector<Operation>> Client::ListOperations() {
   std::vector<Operation> operations;
   google::longrunning::ListOperationsRequest request;
   request.set_name("operations");
-  request.set_page_size(kOperationsPerPage);
   const auto fetch = [&](const google::longrunning::ListOperationsRequest& next) {
     return impl_->Call(&Impl::Operations::ListOperations, next);
   };
-  const auto take = [&](const google::longrunning::ListOperationsResponse& page) -> absl::Status {
-    for (const google::longrunning::Operation& operation : page.operations()) {
-      LBC_ASSIGN_OR_RETURN(Operation found, client::FromProto(operation));
-      operations.push_back(impl_->NoteVersion(std::move(found)));
-    }
+  const auto items = [](const auto& page) -> auto& { return page.operations(); };
+  const auto take = [&](const google::longrunning::Operation& operation) -> absl::Status {
+    LBC_ASSIGN_OR_RETURN(Operation found, client::FromProto(operation));
+    operations.push_back(impl_->NoteVersion(std::move(found)));
     return absl::OkStatus();
   };
-  LBC_RETURN_IF_ERROR(client::ForEachPage(request, fetch, take));
+  LBC_RETURN_IF_ERROR(client::ForEachItem(request, fetch, items, take));
   return operations;
 }
 
@@ -118,11 +121,11 @@ absl::Status Client::Impl::AwaitOtherServers(const Operation& operation,
     if (server->address == asked.address) continue;
     const absl::Status status = AwaitVersion(operation, *server, deadline);
     if (status.ok()) continue;
-    return absl::DeadlineExceededError(absl::StrCat(
-        operation.name, " has published version ", operation.version, " of ", operation.subject,
-        ", but the server at ", server->address, " does not serve it after ",
-        absl::FormatDuration(timeout), ": ", status.message(), "; `liquidblend operations ",
-        operation.name, "` shows the operation"));
+    return absl::DeadlineExceededError(
+        absl::StrCat(operation.name, " has published version ", operation.version, " of ",
+                     operation.subject, ", but the server at ", server->address,
+                     " does not serve it after ", absl::FormatDuration(timeout), ": ",
+                     status.message(), "; ", HowToSee(operation.name, "", "shows the operation")));
   }
   return absl::OkStatus();
 }

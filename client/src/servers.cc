@@ -30,11 +30,15 @@ constexpr absl::Duration kRepeatPause = absl::Milliseconds(20);
 constexpr int kMaxRepeats = 2;
 constexpr char kShuttingDown[] = "SHUTTING_DOWN";  // a reason of the server's (docs/errors.md)
 
-// Part of a service config: answers have at most 64 MiB, those that hold a frame kMaxMessageBytes.
+// Part of a service config: answers have at most 64 MiB, pages of lists 16 MiB, since the smallest
+// items take a hundred times their bytes, and those that hold a frame kMaxMessageBytes.
 constexpr char kLimits[] = R"("methodConfig": [
   {"name": [{}], "maxResponseMessageBytes": 67108864},
+  {"name": [{"service": "liquidblend.v1.LiquidBlend", "method": "ListAnimations"},
+            {"service": "liquidblend.v1.LiquidBlend", "method": "ListFamilies"},
+            {"service": "google.longrunning.Operations", "method": "ListOperations"}],
+   "maxResponseMessageBytes": 16777216},
   {"name": [{"service": "liquidblend.v1.LiquidBlend", "method": "GetFrame"},
-            {"service": "liquidblend.v1.LiquidBlend", "method": "GetAnimationFrame"},
             {"service": "liquidblend.v1.LiquidBlend", "method": "StreamFrames"}],
    "maxResponseMessageBytes": 1073741824}])";
 

@@ -4,15 +4,11 @@
 #include <cstddef>
 #include <cstdint>
 
-#include "absl/strings/ascii.h"
-#include "absl/strings/match.h"
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
 
 namespace liquidblend::cli {
 namespace {
-
-constexpr size_t kMaxPastedLetters = 200;
 
 struct Character {
   size_t num_bytes = 0;  // 0: no UTF-8
@@ -79,14 +75,6 @@ std::string EscapeJson(absl::string_view json) {
     json.remove_prefix(num_bytes);
   }
   return escaped;
-}
-
-bool IsSafeToPaste(absl::string_view name) {
-  return !name.empty() && name.size() <= kMaxPastedLetters && name[0] != '-' &&
-         std::all_of(name.begin(), name.end(), [](char c) {
-           return absl::ascii_isalnum(static_cast<unsigned char>(c)) ||
-                  absl::StrContains("/_.-", absl::string_view(&c, 1));
-         });
 }
 
 }  // namespace liquidblend::cli

@@ -20,8 +20,4 @@ std::string CleanLine(absl::string_view text);
 // Requires: `json` is valid JSON, and UTF-8.
 std::string EscapeJson(absl::string_view json);
 
-// Whether a name may stand in a command that a user copies: 1 to 200 of A-Z, a-z, 0-9, '/', '_',
-// '.' and '-', and no '-' at its beginning.
-bool IsSafeToPaste(absl::string_view name);
-
 }  // namespace liquidblend::cli

@@ -12,6 +12,7 @@
 #include "client/cli/flags/clean_text.h"
 #include "client/cli/print/exit_code.h"
 #include "client/cli/print/progress_bar.h"
+#include "client/src/names.h"
 #include "client/src/status_macros.h"
 
 namespace liquidblend::cli {
@@ -114,7 +115,7 @@ std::string DescribeProgress(const Progress& progress) {
 }
 
 std::string HowToWatch(const std::string& operation) {
-  if (!IsSafeToPaste(operation)) {
+  if (!client::IsSafeToPaste(operation)) {
     return "Its name is not one to copy; `liquidblend operations` lists all.";
   }
   return absl::StrCat("`liquidblend operations ", operation,

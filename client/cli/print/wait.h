@@ -31,7 +31,7 @@ absl::Status CheckVerdict(const Operation& operation);
 std::string DescribeProgress(const Progress& progress);
 
 // "`liquidblend operations ID --wait` watches it, `liquidblend cancel ID` cancels it."; without
-// commands to copy if the server's name for it is not safe there (IsSafeToPaste).
+// commands to copy if the server's name for it is not safe there (client::IsSafeToPaste).
 std::string HowToWatch(const std::string& operation);
 
 }  // namespace liquidblend::cli

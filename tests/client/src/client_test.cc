@@ -3,10 +3,12 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <sys/stat.h>
+#include <unistd.h>
 
 #include <functional>
 #include <set>
 
+#include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
 #include "absl/time/clock.h"
 #include "tests/client/fake_server.h"
@@ -103,6 +105,22 @@ TEST(ClientConnect, ReadsCertificatesOfRegularFilesOnly) {
     EXPECT_THAT(std::string(status.message()),
                 HasSubstr("tls_ca: " + path + " is no regular file"));
   }
+}
+
+// As those of `--tls-key <(a program that knows it)`.
+TEST(ClientConnect, ReadsKeysOfPipesToo) {
+  int ends[2];
+  ASSERT_EQ(::pipe(ends), 0);
+  const std::string no_certificate = "-----BEGIN PRIVATE KEY-----\n";
+  ASSERT_GT(::write(ends[1], no_certificate.data(), no_certificate.size()), 0);
+  ::close(ends[1]);
+  const TempDir dir;
+  ConnectOptions options;
+  options.security.tls_cert = absl::StrCat("/dev/fd/", ends[0]);
+  options.security.tls_key = dir.Write("key.pem", no_certificate);
+  const absl::Status status = Client::Connect(options).status();
+  ::close(ends[0]);
+  EXPECT_THAT(std::string(status.message()), HasSubstr("has no PEM block of a CERTIFICATE"));
 }
 
 TEST(ClientConnect, ReadsCertificatesUpToALimit) {
@@ -366,7 +384,7 @@ TEST_F(ClientTest, ListsAllPages) {
   std::set<std::string> names;
   for (const Animation& animation : *animations) names.insert(animation.name);
   EXPECT_EQ(names.size(), 2502u);
-  EXPECT_EQ(server_.NumCalls("ListAnimations"), 3);
+  EXPECT_EQ(server_.NumCalls("ListAnimations"), 11);
 }
 
 TEST_F(ClientTest, ADeletionWhoseAnswerWasLostSucceedsAtTheSecondAttempt) {

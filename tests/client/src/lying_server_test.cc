@@ -2,14 +2,18 @@
 #include <gmock/gmock.h>
 #include <grpcpp/grpcpp.h>
 #include <gtest/gtest.h>
+#include <unistd.h>
 
 #include <atomic>
 #include <memory>
 #include <string>
+#include <thread>
 
 #include "absl/strings/str_cat.h"
 #include "liquidblend/client.h"
 #include "liquidblend/v1/liquidblend.grpc.pb.h"
+#include "tests/client/temp_files.h"
+#include "tests/core/store/blobs/loopback_listener.h"
 
 namespace liquidblend {
 namespace {
@@ -39,11 +43,42 @@ class LyingService : public v1::LiquidBlend::Service {
     return grpc::Status::OK;
   }
 
-  // Each page names itself as the next one.
-  grpc::Status ListAnimations(grpc::ServerContext*, const v1::ListAnimationsRequest*,
+  grpc::Status StreamFrames(grpc::ServerContext*,
+                            grpc::ServerReaderWriter<v1::StreamFramesResponse,
+                                                     v1::StreamFramesRequest>* stream) override {
+    v1::StreamFramesResponse response;
+    response.mutable_frame()->set_data(std::string(size_t{65} << 20, 'a'));
+    stream->Write(response);
+    return grpc::Status::OK;
+  }
+
+  // Each page names itself as the next one; one has more items than were asked for, one is larger
+  // than a page may be.
+  grpc::Status ListAnimations(grpc::ServerContext*, const v1::ListAnimationsRequest* request,
                               v1::ListAnimationsResponse* page) override {
     page->set_next_page_token("again");
+    for (int k = 0; k < num_items; ++k) page->add_animations();
+    if (num_items == 1) page->mutable_animations(0)->set_name(std::string(size_t{17} << 20, 'a'));
     ++num_pages;
+    num_asked_for = request->page_size();
+    return grpc::Status::OK;
+  }
+
+  // The file is `size_bytes` long, and lies at a url of this machine.
+  grpc::Status PresignDownload(grpc::ServerContext*, const v1::PresignDownloadRequest*,
+                               v1::PresignDownloadResponse* response) override {
+    response->set_url(url);
+    response->set_size_bytes(1);
+    return grpc::Status::OK;
+  }
+
+  grpc::Status PresignUpload(grpc::ServerContext*, const v1::PresignUploadRequest* request,
+                             v1::PresignUploadResponse* response) override {
+    for (const v1::PresignUploadRequest::File& file : request->files()) {
+      v1::PresignUploadResponse::File& urls = *response->add_files();
+      urls.add_part_urls(url);
+      urls.set_part_bytes(file.size_bytes());
+    }
     return grpc::Status::OK;
   }
 
@@ -55,28 +90,57 @@ class LyingService : public v1::LiquidBlend::Service {
   }
 
   std::atomic<int> num_pages = 0;
+  std::atomic<int> num_items = 0;  // of a page
+  std::atomic<int> num_asked_for = 0;
+  std::string url;
 };
 
 class LyingServerTest : public ::testing::Test {
  protected:
   void SetUp() override {
-    int port = 0;
     grpc::ServerBuilder builder;
-    builder.AddListeningPort("127.0.0.1:0", grpc::InsecureServerCredentials(), &port);
+    builder.AddListeningPort("127.0.0.1:0", grpc::InsecureServerCredentials(), &port_);
     builder.RegisterService(&service_);
     server_ = builder.BuildAndStart();
     ASSERT_NE(server_, nullptr);
-    ConnectOptions options;
-    options.target = absl::StrCat("127.0.0.1:", port);
-    auto client = Client::Connect(options);
-    ASSERT_TRUE(client.ok()) << client.status();
-    client_ = *std::move(client);
+    client_ = Connect(absl::StrCat("127.0.0.1:", port_));
+    ASSERT_NE(client_, nullptr);
   }
+
+  static std::unique_ptr<Client> Connect(const std::string& target) {
+    ConnectOptions options;
+    options.target = target;
+    options.retry.max_attempts = 1;
+    auto client = Client::Connect(options);
+    EXPECT_TRUE(client.ok()) << client.status();
+    return client.ok() ? *std::move(client) : nullptr;
+  }
+
+  // How many of a download and an upload by `client` have connected to a url of this machine.
+  int NumConnectionsOfTransfers(Client& client) {
+    store::LoopbackListener host;
+    service_.url = absl::StrCat("http://127.0.0.1:", host.port(), "/");
+    std::atomic<int> num_connections = 0;
+    std::thread accepting([&] {
+      for (int socket; (socket = host.Accept()) >= 0; ++num_connections) close(socket);
+    });
+    EXPECT_FALSE(client.Download("animations/water", dir_.File("water")).ok());
+    UploadRequest upload;
+    upload.animation = "water";
+    upload.files = {dir_.Write("f_0001.ply", "ply")};
+    EXPECT_FALSE(client.UploadAnimation(upload).ok());
+    host.Shutdown();
+    accepting.join();
+    return num_connections;
+  }
+
   void TearDown() override {
     client_ = nullptr;
     server_->Shutdown();
   }
 
+  const testing::TempDir dir_;
+  int port_ = 0;
   LyingService service_;
   std::unique_ptr<grpc::Server> server_;
   std::unique_ptr<Client> client_;
@@ -91,6 +155,11 @@ TEST_F(LyingServerTest, AnswersWithoutAFrameAreBounded) {
   FrameRequest request;
   request.family = "water";
   EXPECT_TRUE(client_->GetFrame(request).ok());
+  StreamSettings settings;
+  settings.family = "water";
+  const auto stream = client_->StreamFrames(settings);
+  ASSERT_TRUE(stream.ok()) << stream.status();
+  EXPECT_TRUE((*stream)->Read().ok());
 }
 
 TEST_F(LyingServerTest, ListsThatDoNotEndAreLeft) {
@@ -99,6 +168,23 @@ TEST_F(LyingServerTest, ListsThatDoNotEndAreLeft) {
   EXPECT_THAT(again.message(), HasSubstr("does not end"));
   EXPECT_EQ(service_.num_pages, 2);
   EXPECT_EQ(client_->ListFamilies().status().code(), absl::StatusCode::kDataLoss);
+}
+
+TEST_F(LyingServerTest, PagesAreBounded) {
+  service_.num_items = 1;
+  EXPECT_EQ(client_->ListAnimations().status().code(), absl::StatusCode::kResourceExhausted);
+  service_.num_items = service_.num_asked_for + 1;
+  const absl::Status status = client_->ListAnimations().status();
+  EXPECT_EQ(status.code(), absl::StatusCode::kDataLoss);
+  EXPECT_THAT(status.message(), HasSubstr("more items on a page"));
+}
+
+TEST_F(LyingServerTest, AServerElsewhereHasNothingSentToThisMachine) {
+  EXPECT_EQ(NumConnectionsOfTransfers(*client_), 2) << "that of this machine may";
+  // One of its addresses is of no machine at all.
+  const std::unique_ptr<Client> client = Connect(absl::StrCat("127.0.0.1:", port_, ",192.0.2.1:1"));
+  ASSERT_NE(client, nullptr);
+  EXPECT_EQ(NumConnectionsOfTransfers(*client), 0);
 }
 
 }  // namespace

@@ -47,14 +47,5 @@ TEST(EscapeJson, EscapesWhatMayStandInStringsAsItIs) {
             "{\n  \"a\": \"\\\\\\u007f\\u009b\xC3\xA4\xE2\x82\xAC\"\n}");
 }
 
-TEST(IsSafeToPaste, TakesOnlyWhatNoShellReadsAsMore) {
-  EXPECT_TRUE(IsSafeToPaste("operations/import-0a1B_2.c"));
-  for (const char* name : {"", "-q", "a b", "a;b", "`a`", "$(a)", "a\nb", "a'b", "a\\b", "\xC3\xA4",
-                           "~/a", "a=b", "a*"}) {
-    EXPECT_FALSE(IsSafeToPaste(name)) << name;
-  }
-  EXPECT_FALSE(IsSafeToPaste(std::string(201, 'a')));
-}
-
 }  // namespace
 }  // namespace liquidblend::cli
