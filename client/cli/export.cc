@@ -27,6 +27,8 @@
 namespace liquidblend::cli {
 namespace {
 
+constexpr size_t kMaxWeights = 100'000'000;  // of all frames
+
 constexpr int kExportBits = 20;  // the finest grid there is: 2 micrometres in a box of 2 metres
 
 struct ExportFlags {
@@ -45,7 +47,8 @@ struct ExportResult {
   ExportedFiles files;
   std::vector<double> times_s;
   int64_t version = 0;
-  std::vector<std::vector<double>> weights;  // of each frame
+  std::vector<std::vector<double>> weights;  // of each frame; of a constant blend the first one's
+  size_t num_weights = 0;                    // of all frames
   bool extrapolated = false;                 // some frame
   bool clamped = false;                      // some frame
 };
@@ -61,23 +64,28 @@ StreamSettings ToSettings(const ExportFlags& flags, const Family& family) {
   return settings;
 }
 
-void Note(const Frame& frame, ExportResult& result) {
+absl::Status Note(const Frame& frame, bool is_constant, ExportResult& result) {
   result.times_s.push_back(frame.time_s);
   result.version = frame.version;
-  result.weights.push_back(frame.weights);
+  if (!is_constant || result.weights.empty()) {
+    result.num_weights += frame.weights.size();
+    result.weights.push_back(frame.weights);
+  }
   result.extrapolated = result.extrapolated || frame.extrapolated;
   result.clamped = result.clamped || frame.clamped;
+  if (result.num_weights <= kMaxWeights) return absl::OkStatus();
+  return absl::DataLossError("the server sends frames of too many weights");
 }
 
 // Reads the frames to their end.
 absl::StatusOr<ExportResult> WriteFrames(FrameSource& source, const Family& family,
-                                         FrameWriter& writer, ProgressBar& bar) {
+                                         bool is_constant, FrameWriter& writer, ProgressBar& bar) {
   ExportResult result;
   for (;;) {
     LBC_ASSIGN_OR_RETURN(const std::optional<Frame> frame, source.Next());
     if (!frame) break;
     LBC_RETURN_IF_ERROR(writer.Add(*frame));
-    Note(*frame, result);
+    LBC_RETURN_IF_ERROR(Note(*frame, is_constant, result));
     bar.Update(family.duration_s > 0.0 ? frame->time_s / family.duration_s : 1.0, "export",
                absl::StrFormat("export, %.2f of %.2f s, %d frames", frame->time_s,
                                family.duration_s, result.times_s.size()));
@@ -199,9 +207,9 @@ absl::Status RunExport(const ExportFlags& flags, const Context& context) {
                        OpenFrames(*client, ToSettings(flags, family), curve,
                                   {settings.frames_per_second, family.duration_s}));
   ProgressBar bar(ProgressBar::ChooseStyle(context.quiet));
-  LBC_ASSIGN_OR_RETURN(ExportResult result, WriteFrames(*source, family, *writer, bar));
+  LBC_ASSIGN_OR_RETURN(ExportResult result,
+                       WriteFrames(*source, family, curve.is_constant(), *writer, bar));
   bar.Finish();
-  if (curve.is_constant()) result.weights.resize(1);
   LBC_RETURN_IF_ERROR(Finish(result, family, settings.frames_per_second, folder));
   PrintResult(flags, result, settings.frames_per_second, family.name, context);
   return absl::OkStatus();

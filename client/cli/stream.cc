@@ -24,6 +24,7 @@ namespace liquidblend::cli {
 namespace {
 
 constexpr absl::Duration kSweepInterval = absl::Milliseconds(250);
+constexpr absl::Duration kLongestStart = absl::Minutes(1);  // a server may have to load the family
 
 struct StreamFlags {
   std::string family;
@@ -98,8 +99,13 @@ absl::Status Play(FrameStream& stream, const StreamFlags& flags, const std::vect
                   StreamStats& stats, ProgressBar& bar) {
   const absl::Time start = absl::Now();
   Sweep sweep(weights, start);
-  for (absl::Time now = start; now - start < absl::Seconds(flags.seconds);) {
-    LBC_ASSIGN_OR_RETURN(const std::optional<StreamedFrame> streamed, stream.Read());
+  const absl::Duration length = absl::Seconds(flags.seconds);
+  for (absl::Time now = start; now - start < length;) {
+    const absl::Duration left = length - (now - start);
+    const bool has_begun = stats.num_frames() > 0;
+    const auto read = stream.Read(has_begun ? left : std::max(left, kLongestStart));
+    if (has_begun && absl::IsDeadlineExceeded(read.status())) break;  // it is silent to the end
+    LBC_ASSIGN_OR_RETURN(const std::optional<StreamedFrame> streamed, read);
     if (!streamed) break;
     now = absl::Now();
     stats.AddFrame(*streamed, now);

@@ -1,11 +1,16 @@
 #include "liquidblend/frame_stream.h"
 
+#include <grpcpp/alarm.h>
+
+#include <atomic>
 #include <functional>
 #include <memory>
 #include <utility>
 
 #include "absl/base/thread_annotations.h"
+#include "absl/strings/str_cat.h"
 #include "absl/synchronization/mutex.h"
+#include "absl/time/clock.h"
 #include "client/src/client_impl.h"
 #include "client/src/convert.h"
 #include "client/src/servers.h"
@@ -26,7 +31,25 @@ struct StreamCall {
   client::Server& server;
   grpc::ClientContext context;
   std::unique_ptr<ReaderWriter> stream;
-  bool has_received = false;  // reading thread only
+  bool has_received = false;              // reading thread only
+  std::atomic<bool> is_too_late = false;  // a frame did not come in time
+};
+
+// Ends a call after a while, unless this ends before.
+class Timeout {
+ public:
+  Timeout(const std::shared_ptr<StreamCall>& call, absl::Duration timeout) {
+    if (timeout == absl::InfiniteDuration()) return;
+    alarm_.Set(absl::ToChronoTime(absl::Now() + timeout), [call](bool is_over) {
+      if (!is_over) return;
+      call->is_too_late = true;
+      call->context.TryCancel();
+    });
+  }
+  // The destructor of the alarm cancels it; its function keeps the call for as long as it needs it.
+
+ private:
+  grpc::Alarm alarm_;
 };
 
 }  // namespace
@@ -52,13 +75,17 @@ class FrameStream::Impl {
     CurrentCall()->stream->Finish();
   }
 
-  absl::StatusOr<std::optional<StreamedFrame>> Read() {
+  absl::StatusOr<std::optional<StreamedFrame>> Read(absl::Duration timeout) {
     while (!ended_) {
       v1::StreamFramesResponse response;
       const std::shared_ptr<StreamCall> call = CurrentCall();
-      if (call->stream->Read(&response)) return Take(*call, std::move(response));
+      if (ReadCall(call, timeout, &response)) return Take(*call, std::move(response));
       last_status_ = EndOf(*call);
-      client::Server* const next = NextServer(*call);
+      client::Server* const next = call->is_too_late ? nullptr : NextServer(*call);
+      if (call->is_too_late) {
+        last_status_ = absl::DeadlineExceededError(
+            absl::StrCat("the server has sent no frame for ", absl::FormatDuration(timeout)));
+      }
       ended_ = next == nullptr;
       if (!ended_) Open(*next);
     }
@@ -91,6 +118,12 @@ class FrameStream::Impl {
   }
 
  private:
+  static bool ReadCall(const std::shared_ptr<StreamCall>& call, absl::Duration timeout,
+                       v1::StreamFramesResponse* response) {
+    const Timeout end(call, timeout);
+    return call->stream->Read(response);
+  }
+
   void Open(client::Server& server) {
     absl::MutexLock write_lock(&write_mutex_);
     auto call = std::make_shared<StreamCall>(server);
@@ -196,7 +229,9 @@ class FrameStream::Impl {
 FrameStream::FrameStream(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
 FrameStream::~FrameStream() = default;
 
-absl::StatusOr<std::optional<StreamedFrame>> FrameStream::Read() { return impl_->Read(); }
+absl::StatusOr<std::optional<StreamedFrame>> FrameStream::Read(absl::Duration timeout) {
+  return impl_->Read(timeout);
+}
 absl::Status FrameStream::Change(const StreamSettings& settings) { return impl_->Change(settings); }
 void FrameStream::Cancel() { impl_->Cancel(); }
 

@@ -231,6 +231,8 @@ class FakeServer::Impl final : public v1::LiquidBlend::Service, public lro::Oper
       const absl::MutexLock lock(&mutex);
       google::protobuf::TextFormat::PrintToString(settings, &last_request);
     }
+    const int64_t num_until_hold = hold_stream.exchange(kNever);
+    if (num_until_hold != kNever) return SendAndHold(settings, num_until_hold, context, stream);
     if (settings.lossless()) return SendAll(settings, stream);
     return SendUntilCancelled(settings, context, stream);
   }
@@ -281,6 +283,7 @@ class FakeServer::Impl final : public v1::LiquidBlend::Service, public lro::Oper
   std::atomic<bool> break_stream = false;
   static constexpr int64_t kNever = -1;
   std::atomic<int64_t> stop_stream = kNever;  // after so many frames
+  std::atomic<int64_t> hold_stream = kNever;  // likewise
 
  private:
   static bool Known(const std::string& id) {
@@ -405,6 +408,14 @@ class FakeServer::Impl final : public v1::LiquidBlend::Service, public lro::Oper
     return grpc::Status::OK;
   }
 
+  template <typename Stream>
+  static grpc::Status SendAndHold(const v1::StreamFramesRequest& settings, int64_t num_frames,
+                                  ServerContext* context, Stream* stream) {
+    for (int64_t i = 0; i < num_frames; ++i) stream->Write(ResponseFor(settings, 0.0, i));
+    while (!context->IsCancelled()) absl::SleepFor(absl::Milliseconds(1));
+    return grpc::Status::CANCELLED;
+  }
+
   // A frame a millisecond, always with the newest weights.
   template <typename Stream>
   grpc::Status SendUntilCancelled(v1::StreamFramesRequest settings, ServerContext* context,
@@ -481,6 +492,7 @@ void FakeServer::AddErrorDetails() {
 
 void FakeServer::BreakNextWatch() { impl_->break_watch = true; }
 void FakeServer::BreakNextStream() { impl_->break_stream = true; }
+void FakeServer::HoldNextStream(int num_frames) { impl_->hold_stream = num_frames; }
 void FakeServer::StopNextStream(int num_frames) { impl_->stop_stream = num_frames; }
 void FakeServer::SetHealthy(bool is_healthy) { impl_->SetHealthy(is_healthy); }
 void FakeServer::RefuseNextUpload(const absl::Status& status) { impl_->SetRefusal(status); }

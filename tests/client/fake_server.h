@@ -48,6 +48,8 @@ class FakeServer {
   void BreakNextStream();
   // The next stream ends after so many frames, as when a server stops.
   void StopNextStream(int num_frames);
+  // The next stream sends nothing after so many frames, and does not end.
+  void HoldNextStream(int num_frames);
   // Health over gRPC; it is healthy unless told otherwise.
   void SetHealthy(bool is_healthy);
   // The next upload is refused after its first file, before the client has sent all.

@@ -36,14 +36,16 @@ absl::Status CheckClock(const FrameClock& clock) {
 // Ends a stream of a server that does not.
 class StreamSource : public FrameSource {
  public:
-  StreamSource(std::unique_ptr<FrameStream> stream, const FrameClock& clock)
+  StreamSource(std::unique_ptr<FrameStream> stream, const FrameClock& clock,
+               absl::Duration patience)
       : stream_(std::move(stream)),
         clock_(clock),
+        patience_(patience),
         num_left_(kFramesMore +
                   static_cast<int64_t>(std::ceil(clock.duration_s * clock.frames_per_second))) {}
 
   absl::StatusOr<std::optional<Frame>> Next() override {
-    LBC_ASSIGN_OR_RETURN(std::optional<StreamedFrame> streamed, stream_->Read());
+    LBC_ASSIGN_OR_RETURN(std::optional<StreamedFrame> streamed, stream_->Read(patience_));
     if (!streamed) return std::optional<Frame>();
     if (num_left_-- == 0) {
       return absl::DataLossError(
@@ -55,6 +57,7 @@ class StreamSource : public FrameSource {
  private:
   std::unique_ptr<FrameStream> stream_;
   const FrameClock clock_;
+  const absl::Duration patience_;
   int64_t num_left_;
 };
 
@@ -98,7 +101,8 @@ class CurveSource : public FrameSource {
 absl::StatusOr<std::unique_ptr<FrameSource>> OpenFrames(Client& client,
                                                         const StreamSettings& settings,
                                                         const BlendCurve& curve,
-                                                        const FrameClock& clock) {
+                                                        const FrameClock& clock,
+                                                        absl::Duration patience) {
   LBC_RETURN_IF_ERROR(CheckClock(clock));
   if (!curve.is_constant()) {
     return std::make_unique<CurveSource>(client, settings, curve, clock);
@@ -112,7 +116,7 @@ absl::StatusOr<std::unique_ptr<FrameSource>> OpenFrames(Client& client,
   constant.loop = false;
   constant.lossless = true;
   LBC_ASSIGN_OR_RETURN(std::unique_ptr<FrameStream> stream, client.StreamFrames(constant));
-  return std::make_unique<StreamSource>(std::move(stream), clock);
+  return std::make_unique<StreamSource>(std::move(stream), clock, patience);
 }
 
 }  // namespace liquidblend::cli

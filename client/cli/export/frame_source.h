@@ -6,6 +6,7 @@
 #include <optional>
 
 #include "absl/status/statusor.h"
+#include "absl/time/time.h"
 #include "client/cli/export/blend_curve.h"
 #include "liquidblend/client.h"
 
@@ -15,7 +16,7 @@ class FrameSource {
  public:
   virtual ~FrameSource() = default;
   // The next frame; std::nullopt after the last one.  Errors: the server's, kDataLoss if it sends
-  // more frames than there are.
+  // more frames than there are, kDeadlineExceeded if it sends none for a while.
   virtual absl::StatusOr<std::optional<Frame>> Next() = 0;
 };
 
@@ -32,12 +33,14 @@ inline constexpr int64_t kMaxExportedFrames = 1'000'000;
 // with the blend of its time.
 //   settings  what the frames are like; frames_per_second is that of `clock`, or not set if it is
 //             the family's
+//   patience  with a server that sends no frame
 // `client` outlives the source.
 // Errors: kInvalidArgument if there are more than kMaxExportedFrames, or numbers of `clock` are out
 // of range.
 absl::StatusOr<std::unique_ptr<FrameSource>> OpenFrames(Client& client,
                                                         const StreamSettings& settings,
                                                         const BlendCurve& curve,
-                                                        const FrameClock& clock);
+                                                        const FrameClock& clock,
+                                                        absl::Duration patience = absl::Minutes(2));
 
 }  // namespace liquidblend::cli

@@ -9,6 +9,7 @@
 
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
+#include "absl/time/time.h"
 #include "liquidblend/frame.h"
 
 namespace liquidblend {
@@ -58,9 +59,12 @@ class FrameStream {
   FrameStream& operator=(const FrameStream&) = delete;
 
   // Waits for the next frame; std::nullopt after the last one.
-  // Errors: the server's, kCancelled after Cancel, kUnavailable if no server can be reached within
-  // RetryOptions.
-  absl::StatusOr<std::optional<StreamedFrame>> Read();
+  //   timeout  of a server that is reached but sends no frame; then the stream has ended. Not for
+  //            streams with rate 0, which send none while nothing changes.
+  // Errors: the server's, kCancelled after Cancel, kDeadlineExceeded after the timeout,
+  // kUnavailable if no server can be reached within RetryOptions.
+  absl::StatusOr<std::optional<StreamedFrame>> Read(
+      absl::Duration timeout = absl::InfiniteDuration());
 
   // Sets values from the next frame on.  Errors: kFailedPrecondition if the stream ended.
   absl::Status Change(const StreamSettings& settings);

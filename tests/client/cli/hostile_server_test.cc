@@ -20,6 +20,7 @@ namespace liquidblend::cli {
 namespace {
 
 using nlohmann::json;
+using ::testing::AllOf;
 using testing::CommandResult;
 using ::testing::HasSubstr;
 using ::testing::Not;
@@ -88,9 +89,25 @@ TEST_F(HostileServer, NoCommandToCopyHoldsANameThatAShellRuns) {
     EXPECT_EQ(result.exit_code, 0) << result.err;
     EXPECT_EQ(result.err, "Its name is not one to copy; `liquidblend operations` lists all.\n");
   }
+  server_.SetWords("a; rm b");
+  std::vector<std::string> waiting = {"--patience", "0"};
+  waiting.insert(waiting.end(), arguments.begin(), arguments.end());
+  waiting.push_back("--wait");
+  server_.FailNext("WatchOperation", 100, absl::UnavailableError("gone"));
+  EXPECT_THAT(Run(waiting).err, AllOf(HasSubstr("may go on nevertheless: `liquidblend operations` "
+                                                "lists it"),
+                                      Not(HasSubstr("operations operations/"))));
   server_.SetWords("register-2");
   EXPECT_THAT(Run(arguments).err,
               HasSubstr("`liquidblend operations operations/register-2 --wait`"));
+}
+
+// A server may be silent, with a stream that stands still too.
+TEST_F(HostileServer, AStreamEndsWhenItsTimeIsOver) {
+  server_.HoldNextStream(3);
+  const CommandResult result = Run({"stream", "drops", "--seconds", "0.5", "--json"});
+  EXPECT_EQ(result.exit_code, 0) << result.err;
+  EXPECT_EQ(json::parse(result.out)["num_frames"], 3);
 }
 
 // The mesh is one of this machine: what a server sends is bounded elsewhere.
