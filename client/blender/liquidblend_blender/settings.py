@@ -163,12 +163,12 @@ def _animated_paths(object):
     return frozenset(curve.data_path for curve in [*curves, *animation.drivers])
 
 
-def _is_weight(object, key, animated):
+def _is_weight(object, name, key, animated):
     """Whether a number, of which the scene's file does not say that it is ours, is a weight or
     parameter: the add-on has described it, as it did before it kept lists, or it is animated, as by
     a script that makes it before the first Connect."""
     description = object.id_properties_ui(key).as_dict().get("description", "")
-    return (description.startswith((_WEIGHT, _PARAMETER))
+    return (description in (_WEIGHT + name, _PARAMETER + name)
             or f'["{bpy.utils.escape_identifier(key)}"]' in animated)
 
 
@@ -183,7 +183,7 @@ def _check_control(object, control, our_keys, animated):
         raise ValueError(f"{shown}: an add-on's values have that name")
     value = object.get(key)
     is_ours = value is None or isinstance(value, (int, float)) and (
-        key in our_keys or _is_weight(object, key, animated))
+        key in our_keys or _is_weight(object, name, key, animated))
     if not is_ours:
         raise ValueError(f"{shown}: the object has another custom property of that name; rename or "
                          "remove it")

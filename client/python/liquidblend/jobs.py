@@ -125,8 +125,10 @@ class Job:
         Ctrl-C, an exception of ``progress`` and the timeout end the waiting, not the job.
           progress  called on this thread each time the state changes; its exceptions are raised
           timeout   seconds; None: as long as it takes. A question that is under way then may take
-                    the client's ``call_timeout``; of a job that is done, half a second at most
-        Raises: the job's error, whose ``reason`` says why; DeadlineExceeded after the timeout.
+                    the client's ``call_timeout``, and its ``patience`` with servers that are away;
+                    of a job that is done, half a second at most
+        Raises: the job's error, whose ``reason`` says why; DeadlineExceeded after the timeout;
+        Unavailable if servers are away for longer than the client's patience.
         ``state.done`` tells then whether the job or its servers were waited for.
         """
         deadline = float("inf") if timeout is None else time.monotonic() + timeout

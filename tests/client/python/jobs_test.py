@@ -8,6 +8,7 @@ import subprocess
 import sys
 import time
 import unittest
+import unittest.mock
 
 import liquidblend
 from service import DATA, FAST, PATIENCE, Server, copy_frames, service
@@ -222,7 +223,8 @@ class SilentServerTest(unittest.TestCase):
         )
 
     def test_has_a_moment_to_answer_also_after_a_timeout_of_nothing(self):
-        self.assertEqual(self.client.job(self.job.name).wait(timeout=0).version, 1)
+        with unittest.mock.patch("liquidblend.jobs._SHORTEST_WATCH", PATIENCE):
+            self.assertEqual(self.client.job(self.job.name).wait(timeout=0).version, 1)
 
     def test_is_not_waited_for_after_ctrl_c(self):
         code, errors = interrupted(
