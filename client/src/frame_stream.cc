@@ -35,14 +35,15 @@ struct StreamCall {
   std::atomic<bool> is_too_late = false;  // a frame did not come in time
 };
 
-// Ends a call after a while, unless this ends before.
+// Ends a call after a while, unless this ends before. Then the stream goes on with another call, or
+// ends, too.
 class Timeout {
  public:
-  Timeout(const std::shared_ptr<StreamCall>& call, absl::Duration timeout) {
+  Timeout(const std::shared_ptr<StreamCall>& call, absl::Duration timeout, bool ends_stream) {
     if (timeout == absl::InfiniteDuration()) return;
-    alarm_.Set(absl::ToChronoTime(absl::Now() + timeout), [call](bool is_over) {
+    alarm_.Set(absl::ToChronoTime(absl::Now() + timeout), [call, ends_stream](bool is_over) {
       if (!is_over) return;
-      call->is_too_late = true;
+      if (ends_stream) call->is_too_late = true;
       call->context.TryCancel();
     });
   }
@@ -58,11 +59,12 @@ class FrameStream::Impl {
  public:
   // `servers` and `known_versions` must outlive this.
   Impl(client::Servers& servers, client::KnownVersions& known_versions, Prepare prepare,
-       const RetryOptions& retry, v1::StreamFramesRequest settings)
+       const ConnectOptions& options, v1::StreamFramesRequest settings)
       : servers_(servers),
         known_versions_(known_versions),
         prepare_(std::move(prepare)),
-        backoff_(retry),
+        call_timeout_(options.call_timeout),
+        backoff_(options.retry),
         round_(servers.Begin()),
         state_(WithMinVersion(settings)),
         first_version_(settings.version()) {
@@ -107,6 +109,7 @@ class FrameStream::Impl {
       state_.Change(change);
       call = call_;
     }
+    const Timeout end(call, call_timeout_, /*ends_stream=*/false);
     call->stream->Write(change);  // if it fails, Read gets the reason
     return absl::OkStatus();
   }
@@ -120,7 +123,7 @@ class FrameStream::Impl {
  private:
   static bool ReadCall(const std::shared_ptr<StreamCall>& call, absl::Duration timeout,
                        v1::StreamFramesResponse* response) {
-    const Timeout end(call, timeout);
+    const Timeout end(call, timeout, /*ends_stream=*/true);
     return call->stream->Read(response);
   }
 
@@ -132,10 +135,12 @@ class FrameStream::Impl {
     {
       absl::MutexLock lock(&mutex_);
       first = state_.Begin();
-      call->stream = call->server.service().StreamFrames(&call->context);
       call_ = call;
       if (cancelled_) call->context.TryCancel();
     }
+    // A server may hold both up. What is cancelled before it begins ends at once.
+    const Timeout end(call, call_timeout_, /*ends_stream=*/false);
+    call->stream = call->server.service().StreamFrames(&call->context);
     call->stream->Write(first);  // if it fails, Read gets the reason
   }
 
@@ -212,10 +217,11 @@ class FrameStream::Impl {
   client::Servers& servers_;
   client::KnownVersions& known_versions_;
   const Prepare prepare_;
-  client::Backoff backoff_;       // reading thread only, like the next three
-  client::Servers::Round round_;  // the attempt that call_ belongs to
-  bool ended_ = false;            // nothing more will come, for last_status_
-  absl::Status last_status_;      // of the last call
+  const absl::Duration call_timeout_;  // of what begins or changes a call
+  client::Backoff backoff_;            // reading thread only, like the next three
+  client::Servers::Round round_;       // the attempt that call_ belongs to
+  bool ended_ = false;                 // nothing more will come, for last_status_
+  absl::Status last_status_;           // of the last call
 
   absl::Mutex write_mutex_;  // one write at a time; taken before mutex_, never while reading
   absl::Mutex mutex_;        // held only briefly, so that Cancel never waits
@@ -243,7 +249,7 @@ absl::StatusOr<std::unique_ptr<FrameStream>> Client::StreamFrames(const StreamSe
     client->Prepare(absl::InfiniteDuration(), context);
   };
   auto impl = std::make_unique<FrameStream::Impl>(*impl_->servers, impl_->known_versions, prepare,
-                                                  impl_->options.retry, client::ToProto(settings));
+                                                  impl_->options, client::ToProto(settings));
   return std::unique_ptr<FrameStream>(new FrameStream(std::move(impl)));
 }
 

@@ -8,6 +8,7 @@
 #include <memory>
 #include <string>
 #include <thread>
+#include <vector>
 
 #include "absl/strings/str_cat.h"
 #include "liquidblend/client.h"
@@ -185,6 +186,43 @@ TEST_F(LyingServerTest, AServerElsewhereHasNothingSentToThisMachine) {
   const std::unique_ptr<Client> client = Connect(absl::StrCat("127.0.0.1:", port_, ",192.0.2.1:1"));
   ASSERT_NE(client, nullptr);
   EXPECT_EQ(NumConnectionsOfTransfers(*client), 0);
+}
+
+// It says in HTTP/2 that a connection may have no stream, so that calls do not begin.
+TEST(StillServer, AStreamThatCannotBeginEnds) {
+  using std::string_literals::operator""s;
+  const std::string settings = "\0\0\6\4\0\0\0\0\0"s + "\0\3\0\0\0\0"s;  // MAX_CONCURRENT_STREAMS 0
+  const std::string acknowledgement = "\0\0\0\4\1\0\0\0\0"s;
+  store::LoopbackListener listener;
+  std::vector<std::thread> connections;
+  std::thread accepting([&] {
+    for (int socket; (socket = listener.Accept()) >= 0;) {
+      connections.emplace_back([=] {
+        const std::string bytes = settings + acknowledgement;
+        send(socket, bytes.data(), bytes.size(), MSG_NOSIGNAL);
+        char buffer[4096];
+        while (recv(socket, buffer, sizeof(buffer), 0) > 0) {
+        }
+        close(socket);
+      });
+    }
+  });
+  {
+    ConnectOptions options;
+    options.target = absl::StrCat("127.0.0.1:", listener.port());
+    options.call_timeout = absl::Milliseconds(200);
+    options.retry.max_attempts = 1;
+    options.retry.patience = absl::ZeroDuration();
+    const auto client = Client::Connect(options);
+    ASSERT_TRUE(client.ok()) << client.status();
+    StreamSettings stream_settings;
+    stream_settings.family = "water";
+    const auto stream = (*client)->StreamFrames(stream_settings);
+    EXPECT_TRUE(!stream.ok() || !(*stream)->Read().ok());
+  }
+  listener.Shutdown();
+  accepting.join();
+  for (std::thread& connection : connections) connection.join();
 }
 
 }  // namespace
