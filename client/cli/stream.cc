@@ -24,7 +24,8 @@ namespace liquidblend::cli {
 namespace {
 
 constexpr absl::Duration kSweepInterval = absl::Milliseconds(250);
-constexpr absl::Duration kLongestStart = absl::Minutes(1);  // a server may have to load the family
+constexpr absl::Duration kLongestStart = absl::Minutes(10);  // of a family that is to be loaded
+constexpr absl::Duration kSlack = absl::Milliseconds(50);    // of clocks
 
 struct StreamFlags {
   std::string family;
@@ -103,9 +104,10 @@ absl::Status Play(FrameStream& stream, const StreamFlags& flags, const std::vect
   for (absl::Time now = start; now - start < length;) {
     const absl::Duration left = length - (now - start);
     const bool has_begun = stats.num_frames() > 0;
-    const auto read = stream.Read(has_begun ? left : std::max(left, kLongestStart));
-    if (has_begun && absl::IsDeadlineExceeded(read.status())) break;  // it is silent to the end
-    LBC_ASSIGN_OR_RETURN(const std::optional<StreamedFrame> streamed, read);
+    auto read = stream.Read(has_begun ? left : std::max(left, kLongestStart));
+    const bool is_over = absl::Now() - start >= length - kSlack;
+    if (has_begun && is_over && absl::IsDeadlineExceeded(read.status())) break;  // it is silent
+    LBC_ASSIGN_OR_RETURN(const std::optional<StreamedFrame> streamed, std::move(read));
     if (!streamed) break;
     now = absl::Now();
     stats.AddFrame(*streamed, now);

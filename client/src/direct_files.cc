@@ -7,6 +7,7 @@
 #include "absl/strings/match.h"
 #include "absl/strings/str_cat.h"
 #include "client/src/connection/loopback.h"
+#include "client/src/connection/own_address.h"
 #include "client/src/files/checksum.h"
 #include "client/src/files/part_file.h"
 #include "client/src/retry.h"
@@ -74,8 +75,11 @@ absl::Status Complete(Http& http, const UploadFile& file, const std::string& url
 
 HttpHosts HostsOf(const std::string& target) {
   const std::vector<std::string> addresses = AddressesIn(target);
-  return std::all_of(addresses.begin(), addresses.end(), IsThisMachine) ? HttpHosts::kAny
-                                                                        : HttpHosts::kElsewhere;
+  const auto is_here = [](const std::string& address) {
+    return IsThisMachine(address) || AllHostsPass(address, IsOwnHost);
+  };
+  return std::all_of(addresses.begin(), addresses.end(), is_here) ? HttpHosts::kAny
+                                                                  : HttpHosts::kElsewhere;
 }
 
 absl::StatusOr<std::string> ChecksumOf(const UploadFile& file) {

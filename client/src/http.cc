@@ -21,8 +21,7 @@ constexpr size_t kMaxBody = 64 << 10;
 constexpr size_t kMaxHeaderBytes = 256 << 10;
 constexpr long kConnectTimeoutMs = 5000;
 constexpr long kStallSeconds = 30;
-constexpr long kSlowest = 1024;     // bytes a second, of a file
-constexpr long kSlowestAnswer = 1;  // S3 sends spaces while it joins parts
+constexpr long kSlowest = 1024;  // bytes a second, of a file
 
 std::string WithoutQuery(const std::string& url) { return url.substr(0, url.find('?')); }
 
@@ -86,7 +85,7 @@ struct Http::Exchange {
     Exchange& to = *static_cast<Exchange*>(taken);
     if (to.hosts == HttpHosts::kElsewhere && IsOwnOrLinkLocal(address->addr) &&
         !IsProxyOfEnvironment(address->addr)) {
-      to.why_ended = "is on this machine or a link-local address, and the server is not";
+      to.why_ended = "is on this machine or a link-local address, where the server's is not";
       return CURL_SOCKET_BAD;
     }
     to.why_ended = "";  // a host may have several addresses
@@ -94,18 +93,28 @@ struct Http::Exchange {
   }
 
   // Called at least once a second; what is not 0 ends the exchange.
-  static int LookAtTime(void* taken, curl_off_t, curl_off_t, curl_off_t, curl_off_t) {
+  static int LookAtTime(void* taken, curl_off_t, curl_off_t received, curl_off_t, curl_off_t sent) {
     Exchange& to = *static_cast<Exchange*>(taken);
-    if (to.sink != nullptr || absl::Now() - to.last_sent <= to.answer_timeout) return 0;
-    to.why_ended = "the answer does not end";
+    const absl::Time now = absl::Now();
+    if (received + sent != to.num_moved) to.last_moved = now;
+    to.num_moved = received + sent;
+    if (now - to.last_moved > absl::Seconds(kStallSeconds)) {
+      to.why_ended = "nothing has come for 30 s";
+    } else if (to.sink == nullptr && now - to.last_sent > to.answer_timeout) {
+      to.why_ended = "the answer does not end";
+    } else {
+      return 0;
+    }
     return 1;
   }
 
   CURL* easy = nullptr;
   curl_slist* headers = nullptr;
   const Source* source = nullptr;
-  int64_t left = 0;  // of what it gives
-  absl::Time last_sent = absl::Now();
+  int64_t left = 0;                     // of what it gives
+  absl::Time last_sent = absl::Now();   // of the body
+  absl::Time last_moved = absl::Now();  // a byte of either body
+  curl_off_t num_moved = 0;
   absl::Duration answer_timeout;
   const Sink* sink = nullptr;
   HttpHosts hosts = HttpHosts::kAny;
@@ -147,7 +156,8 @@ absl::StatusOr<HttpAnswer> Http::Post(const std::string& url, const std::string&
   curl_easy_setopt(exchange.easy, CURLOPT_POSTFIELDS, body.c_str());
   curl_easy_setopt(exchange.easy, CURLOPT_POSTFIELDSIZE_LARGE,
                    static_cast<curl_off_t>(body.size()));
-  curl_easy_setopt(exchange.easy, CURLOPT_LOW_SPEED_LIMIT, kSlowestAnswer);
+  // S3 sends a space every ten seconds or so while it joins parts.
+  curl_easy_setopt(exchange.easy, CURLOPT_LOW_SPEED_LIMIT, 0L);
   return Run(url, exchange);
 }
 

@@ -30,7 +30,7 @@ enum class HttpHosts {
 // Connections are kept. Errors of calls: kUnavailable without a whole answer, or if the host may
 // not be named; kDataLoss if a header is none. Messages never hold the url's query, which is a
 // credential. A proxy of the environment (https_proxy) decides itself which addresses it reaches.
-// Less than 1 KiB/s for 30 s ends a transfer. Threads: one.
+// Less than 1 KiB/s of a file, or nothing at all, for 30 s ends a transfer. Threads: one.
 class Http {
  public:
   // ca_file         PEM of trusted authorities for https; empty: the system's

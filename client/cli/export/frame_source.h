@@ -33,14 +33,12 @@ inline constexpr int64_t kMaxExportedFrames = 1'000'000;
 // with the blend of its time.
 //   settings  what the frames are like; frames_per_second is that of `clock`, or not set if it is
 //             the family's
-//   patience  with a server that sends no frame
+//   patience  with a server that sends no whole frame: its largest may take long to make and send
 // `client` outlives the source.
 // Errors: kInvalidArgument if there are more than kMaxExportedFrames, or numbers of `clock` are out
 // of range.
-absl::StatusOr<std::unique_ptr<FrameSource>> OpenFrames(Client& client,
-                                                        const StreamSettings& settings,
-                                                        const BlendCurve& curve,
-                                                        const FrameClock& clock,
-                                                        absl::Duration patience = absl::Minutes(2));
+absl::StatusOr<std::unique_ptr<FrameSource>> OpenFrames(
+    Client& client, const StreamSettings& settings, const BlendCurve& curve,
+    const FrameClock& clock, absl::Duration patience = absl::Minutes(30));
 
 }  // namespace liquidblend::cli

@@ -34,33 +34,38 @@ bool IsPort(absl::string_view text) {
                                                 absl::string_view::npos);
 }
 
-// HOST, HOST:PORT, [IPv6] or [IPv6]:PORT.
-bool IsLoopbackAddress(absl::string_view address) {
+using HostTest = absl::FunctionRef<bool(absl::string_view host)>;
+
+// Of HOST, HOST:PORT, [IPv6] or [IPv6]:PORT.
+bool HostPasses(absl::string_view address, HostTest test) {
   if (absl::StartsWith(address, "[")) {
     const size_t end = address.find(']');
     return end != absl::string_view::npos && IsPort(address.substr(end + 1)) &&
-           IsLoopbackHost(address.substr(1, end - 1));
+           test(address.substr(1, end - 1));
   }
   const size_t colon = std::min(address.find(':'), address.size());
-  return IsPort(address.substr(colon)) && IsLoopbackHost(address.substr(0, colon));
+  return IsPort(address.substr(colon)) && test(address.substr(0, colon));
 }
 
 }  // namespace
 
-bool IsThisMachine(const std::string& target) {
+bool IsThisMachine(const std::string& target) { return AllHostsPass(target, IsLoopbackHost); }
+
+bool AllHostsPass(const std::string& target, HostTest test) {
   absl::string_view rest = target;
   if (absl::StartsWith(rest, "unix:") || absl::StartsWith(rest, "unix-abstract:")) return true;
   // An authority between the slashes would be a name server, which may say anything.
   if (absl::ConsumePrefix(&rest, "dns:")) {
     if (absl::StartsWith(rest, "//") && !absl::ConsumePrefix(&rest, "///")) return false;
-    return IsLoopbackAddress(rest);
+    return HostPasses(rest, test);
   }
   if (absl::ConsumePrefix(&rest, "ipv4:") || absl::ConsumePrefix(&rest, "ipv6:")) {
     absl::ConsumePrefix(&rest, "///");
     const std::vector<absl::string_view> all = absl::StrSplit(rest, ',');
-    return std::all_of(all.begin(), all.end(), IsLoopbackAddress);
+    return std::all_of(all.begin(), all.end(),
+                       [&](absl::string_view address) { return HostPasses(address, test); });
   }
-  return IsLoopbackAddress(rest);
+  return HostPasses(rest, test);
 }
 
 }  // namespace liquidblend::client

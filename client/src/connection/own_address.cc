@@ -1,5 +1,6 @@
 #include "client/src/connection/own_address.h"
 
+#include <arpa/inet.h>
 #include <curl/curl.h>
 #include <ifaddrs.h>
 #include <netdb.h>
@@ -98,6 +99,20 @@ bool IsProxy(const char* proxy, const sockaddr& address) {
 bool IsOwnOrLinkLocal(const sockaddr& address) {
   in6_addr v6;
   return !ToV6(address, v6) || IsLoopbackOrLinkLocal(v6) || IsOfAnInterface(address);
+}
+
+bool IsOwnHost(absl::string_view host) {
+  if (host.find('\0') != absl::string_view::npos) return false;
+  const std::string text(host);
+  sockaddr_in v4 = {};
+  v4.sin_family = AF_INET;
+  if (inet_pton(AF_INET, text.c_str(), &v4.sin_addr) == 1) {
+    return IsOfAnInterface(reinterpret_cast<const sockaddr&>(v4));
+  }
+  sockaddr_in6 v6 = {};
+  v6.sin6_family = AF_INET6;
+  return inet_pton(AF_INET6, text.c_str(), &v6.sin6_addr) == 1 &&
+         IsOfAnInterface(reinterpret_cast<const sockaddr&>(v6));
 }
 
 bool IsProxyOfEnvironment(const sockaddr& address) {

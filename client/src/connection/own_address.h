@@ -3,6 +3,8 @@
 
 #include <sys/socket.h>
 
+#include "absl/strings/string_view.h"
+
 namespace liquidblend::client {
 
 // Whether an address is one of this machine (loopback, unspecified, or of one of its interfaces),
@@ -11,6 +13,11 @@ namespace liquidblend::client {
 //   address  as long as its family says
 // Threads: safe.
 bool IsOwnOrLinkLocal(const sockaddr& address);
+
+// Whether a host is an IPv4 or IPv6 address, as text, of one of this machine's interfaces. Not for
+// names: what they mean may change between two looks.
+// Threads: safe.
+bool IsOwnHost(absl::string_view host);
 
 // Whether the address, with its port, is that of a proxy which the environment names for HTTP
 // (http_proxy, https_proxy, HTTPS_PROXY, all_proxy, ALL_PROXY). Their hosts are looked up.

@@ -4,9 +4,13 @@
 #include <gtest/gtest.h>
 #include <ifaddrs.h>
 #include <netdb.h>
+#include <netinet/in.h>
 
 #include <cstdlib>
 #include <string>
+
+#include "absl/strings/str_cat.h"
+#include "client/src/direct_files.h"
 
 namespace liquidblend::client {
 namespace {
@@ -48,6 +52,23 @@ TEST(IsOwnOrLinkLocal, OfEachInterface) {
     EXPECT_TRUE(IsOwnOrLinkLocal(*next->ifa_addr)) << next->ifa_name;
   }
   freeifaddrs(first);
+}
+
+TEST(IsOwnHost, OfEachInterfaceAsText) {
+  ifaddrs* first = nullptr;
+  ASSERT_EQ(getifaddrs(&first), 0);
+  for (const ifaddrs* next = first; next != nullptr; next = next->ifa_next) {
+    if (next->ifa_addr == nullptr || next->ifa_addr->sa_family != AF_INET) continue;
+    char text[INET_ADDRSTRLEN];
+    const auto& address = reinterpret_cast<const sockaddr_in&>(*next->ifa_addr);
+    ASSERT_NE(inet_ntop(AF_INET, &address.sin_addr, text, sizeof(text)), nullptr);
+    EXPECT_TRUE(IsOwnHost(text)) << text;
+    EXPECT_EQ(HostsOf(absl::StrCat(text, ":50051")), HttpHosts::kAny);
+  }
+  freeifaddrs(first);
+  for (const char* host : {"192.0.2.1", "2001:db8::1", "localhost", "", "127.0.0.1:80"}) {
+    EXPECT_FALSE(IsOwnHost(host)) << host;
+  }
 }
 
 class IsProxyOfEnvironmentTest : public ::testing::Test {
