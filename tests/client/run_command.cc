@@ -2,29 +2,52 @@
 
 #include <fcntl.h>
 #include <signal.h>
+#include <spawn.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
 #include <cstdlib>
 
+#include "absl/strings/match.h"
 #include "tests/client/temp_files.h"
 #include "tests/paths.h"
 
 namespace liquidblend::testing {
 namespace {
 
-int OpenToWrite(const std::string& path) { return open(path.c_str(), O_WRONLY | O_CREAT, 0600); }
+// This process's environment without LIQUIDBLEND_SERVER.
+std::vector<char*> Environment() {
+  std::vector<char*> variables;
+  for (char** variable = environ; *variable != nullptr; ++variable) {
+    if (!absl::StartsWith(*variable, "LIQUIDBLEND_SERVER=")) variables.push_back(*variable);
+  }
+  variables.push_back(nullptr);
+  return variables;
+}
 
-[[noreturn]] void Exec(const std::vector<std::string>& arguments, int out, int err) {
-  dup2(out, STDOUT_FILENO);
-  dup2(err, STDERR_FILENO);
-  unsetenv("LIQUIDBLEND_SERVER");
+// Starts the command with these files as its output. A child of fork() could not do it here: other
+// threads of this process may hold the locks of a sanitizer's allocator.
+pid_t Start(const std::vector<std::string>& arguments, int out, int err) {
   const std::string program = paths::Program("liquidblend");
   std::vector<char*> argv{const_cast<char*>(program.c_str())};
   for (const std::string& argument : arguments) argv.push_back(const_cast<char*>(argument.c_str()));
   argv.push_back(nullptr);
-  execv(program.c_str(), argv.data());
-  _exit(127);
+  posix_spawn_file_actions_t actions;
+  posix_spawn_file_actions_init(&actions);
+  posix_spawn_file_actions_adddup2(&actions, out, STDOUT_FILENO);
+  posix_spawn_file_actions_adddup2(&actions, err, STDERR_FILENO);
+  pid_t child = -1;
+  const int error =
+      posix_spawn(&child, program.c_str(), &actions, nullptr, argv.data(), Environment().data());
+  posix_spawn_file_actions_destroy(&actions);
+  close(out);
+  close(err);
+  if (error != 0) abort();
+  return child;
+}
+
+int OpenToWrite(const std::string& path) {
+  return open(path.c_str(), O_WRONLY | O_CREAT | O_CLOEXEC, 0600);
 }
 
 int WaitForExit(pid_t child) {
@@ -38,9 +61,7 @@ CommandResult RunUntil(const std::vector<std::string>& arguments, const std::str
                        const std::function<void(pid_t child)>& action) {
   int err[2];
   if (pipe2(err, O_CLOEXEC) != 0) abort();  // what `action` starts does not hold it open
-  const pid_t child = fork();
-  if (child == 0) Exec(arguments, OpenToWrite("/dev/null"), err[1]);
-  close(err[1]);
+  const pid_t child = Start(arguments, OpenToWrite("/dev/null"), err[1]);
   CommandResult result;
   bool is_done = false;
   char buffer[512];
@@ -61,8 +82,7 @@ CommandResult RunLiquidblend(const std::vector<std::string>& arguments) {
   const TempDir dir;
   const std::string out = dir.File("out");
   const std::string err = dir.File("err");
-  const pid_t child = fork();
-  if (child == 0) Exec(arguments, OpenToWrite(out), OpenToWrite(err));
+  const pid_t child = Start(arguments, OpenToWrite(out), OpenToWrite(err));
   const int exit_code = WaitForExit(child);
   return {exit_code, ReadBytes(out), ReadBytes(err)};
 }
