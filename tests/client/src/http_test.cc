@@ -12,6 +12,7 @@
 #include "absl/strings/str_cat.h"
 #include "absl/time/clock.h"
 #include "client/src/direct_files.h"
+#include "tests/client/src/connection/without_proxies.h"
 #include "tests/core/store/blobs/loopback_listener.h"
 
 namespace liquidblend::client {
@@ -65,16 +66,6 @@ std::string ChunkOf(size_t num_bytes) {
 
 class HttpTest : public ::testing::Test {
  protected:
-  HttpTest() { ForgetProxies(); }
-  ~HttpTest() override { ForgetProxies(); }
-
-  static void ForgetProxies() {
-    for (const char* name :
-         {"http_proxy", "https_proxy", "HTTPS_PROXY", "all_proxy", "ALL_PROXY", "no_proxy"}) {
-      unsetenv(name);
-    }
-  }
-
   // An empty file, to `url`.
   static absl::StatusOr<HttpAnswer> Put(const std::string& url, absl::Duration answer_timeout) {
     return Http("", HttpHosts::kAny, answer_timeout).Put(url, {}, 0, [](char*, size_t) {
@@ -91,6 +82,9 @@ class HttpTest : public ::testing::Test {
         .Put("http://127.0.0.1:1/", headers, 0, [](char*, size_t) { return size_t{0}; })
         .status();
   }
+
+ private:
+  const WithoutProxies without_proxies_;
 };
 
 TEST_F(HttpTest, AServerElsewhereNamesNoServiceOfThisMachine) {

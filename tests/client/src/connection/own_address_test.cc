@@ -11,6 +11,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "client/src/direct_files.h"
+#include "tests/client/src/connection/without_proxies.h"
 
 namespace liquidblend::client {
 namespace {
@@ -72,16 +73,7 @@ TEST(IsOwnHost, OfEachInterfaceAsText) {
 }
 
 class IsProxyOfEnvironmentTest : public ::testing::Test {
- protected:
-  IsProxyOfEnvironmentTest() { Clear(); }
-  ~IsProxyOfEnvironmentTest() override { Clear(); }
-
-  static void Clear() {
-    for (const char* name :
-         {"http_proxy", "https_proxy", "HTTPS_PROXY", "all_proxy", "ALL_PROXY"}) {
-      unsetenv(name);
-    }
-  }
+  const WithoutProxies without_proxies_;
 };
 
 TEST_F(IsProxyOfEnvironmentTest, OfTheAddressAndPortThatAVariableNames) {
