@@ -28,7 +28,8 @@ class Client::Impl {
   using Service = client::ServiceStub;
   using Operations = client::OperationsStub;
 
-  // What is longer has no deadline: gRPC's clock ends in the year 2262.
+  // The longest timeout that is a deadline: gRPC's clock ends in the year 2262. Longer ones are
+  // none.
   static constexpr absl::Duration kLongestTimeout = absl::Hours(24 * 365 * 100);
 
   Impl(const ConnectOptions& connect_options, std::unique_ptr<client::Servers> open_servers)

@@ -61,7 +61,7 @@ bool IsOfAnInterface(const sockaddr& address) {
   return false;
 }
 
-// Of a url; "" if it has none.
+// A part of a url; "" if it has none.
 std::string PartOf(CURLU* url, CURLUPart part) {
   char* text = nullptr;
   const bool is_there = curl_url_get(url, part, &text, 0) == CURLUE_OK;

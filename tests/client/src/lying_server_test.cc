@@ -53,8 +53,8 @@ class LyingService : public v1::LiquidBlend::Service {
     return grpc::Status::OK;
   }
 
-  // Each page names itself as the next one; one has more items than were asked for, one is larger
-  // than a page may be.
+  // Pages of `num_items`, each of which names itself as the next one. A single item is larger than
+  // a page may be.
   grpc::Status ListAnimations(grpc::ServerContext*, const v1::ListAnimationsRequest* request,
                               v1::ListAnimationsResponse* page) override {
     page->set_next_page_token("again");
@@ -65,7 +65,7 @@ class LyingService : public v1::LiquidBlend::Service {
     return grpc::Status::OK;
   }
 
-  // The file is `size_bytes` long, and lies at a url of this machine.
+  // Files lie at `url`.
   grpc::Status PresignDownload(grpc::ServerContext*, const v1::PresignDownloadRequest*,
                                v1::PresignDownloadResponse* response) override {
     response->set_url(url);
