@@ -22,15 +22,13 @@ absl::Status FromDraco(const draco::Status& status) {
   return absl::DataLossError(absl::StrCat("damaged Draco mesh: ", status.error_msg_string()));
 }
 
-// kSize numbers per vertex; none if there is no such attribute of as many numbers.
-template <int kSize = 3>
-std::vector<float> CopyAttribute(const draco::PointAttribute* attribute, uint32_t num_points) {
-  std::vector<float> values;
-  if (attribute == nullptr || attribute->num_components() != kSize) return values;
-  values.resize(kSize * static_cast<size_t>(num_points));
+// kSize numbers per vertex.
+template <int kSize>
+std::vector<float> CopyAttribute(const draco::PointAttribute& attribute, uint32_t num_points) {
+  std::vector<float> values(kSize * static_cast<size_t>(num_points));
   for (uint32_t p = 0; p < num_points; ++p) {
-    attribute->ConvertValue<float, kSize>(attribute->mapped_index(draco::PointIndex(p)),
-                                          &values[kSize * static_cast<size_t>(p)]);
+    attribute.ConvertValue<float, kSize>(attribute.mapped_index(draco::PointIndex(p)),
+                                         &values[kSize * static_cast<size_t>(p)]);
   }
   return values;
 }
@@ -73,14 +71,23 @@ absl::StatusOr<Mesh> DecodeMeshopt(const std::string& bytes) {
   return mesh;
 }
 
-// Sets the attribute's numbers and its id; none of either if it is not one of kSize numbers.
-// kDataLoss if a number is not finite.
+// Sets the attribute's numbers and its id; none of either if it is not one of kSize numbers, or the
+// mesh is empty.
+// kDataLoss if they are not floats (to convert other types is not defined for all bytes that
+// libdraco accepts), or one is not finite.
 template <int kSize = 3>
 absl::Status TakeAttribute(const draco::PointAttribute* attribute, uint32_t num_points,
                            std::vector<float>* values, int* id) {
-  *values = CopyAttribute<kSize>(attribute, num_points);
-  if (values->empty()) return absl::OkStatus();
+  if (attribute == nullptr || attribute->num_components() != kSize || num_points == 0) {
+    return absl::OkStatus();
+  }
   *id = static_cast<int>(attribute->unique_id());
+  if (attribute->data_type() != draco::DT_FLOAT32) {
+    return absl::DataLossError(
+        absl::StrCat("damaged Draco mesh: attribute ", *id, " has numbers of Draco's type ",
+                     static_cast<int>(attribute->data_type()), " instead of floats"));
+  }
+  *values = CopyAttribute<kSize>(*attribute, num_points);
   const auto bad = std::find_if_not(values->begin(), values->end(),
                                     [](float value) { return std::isfinite(value); });
   if (bad == values->end()) return absl::OkStatus();

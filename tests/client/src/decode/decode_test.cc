@@ -1,8 +1,14 @@
 #include "liquidblend/decode.h"
 
+#include <draco/compression/encode.h>
+#include <draco/mesh/triangle_soup_mesh_builder.h>
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <array>
 #include <cmath>
+#include <memory>
+#include <string>
 
 #include "client/cli/files/mesh_stats.h"
 #include "tests/client/fake_server.h"
@@ -45,6 +51,28 @@ TEST(DecodeMesh, GivesBackNormalsAndVelocitiesWhereThereAreSome) {
 TEST(DecodeMesh, RefusesWhatIsNoDracoMesh) {
   EXPECT_EQ(DecodeMesh("").status().code(), absl::StatusCode::kInvalidArgument);
   EXPECT_EQ(DecodeMesh("hello").status().code(), absl::StatusCode::kInvalidArgument);
+}
+
+// Draco converts numbers of other types to floats, but a bool's byte may be neither 0 nor 1.
+TEST(DecodeMesh, RefusesAttributesThatAreNoFloats) {
+  draco::TriangleSoupMeshBuilder builder;
+  builder.Start(1);
+  const std::array<std::array<float, 3>, 3> corners = {{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}}};
+  const std::array<bool, 3> yes = {true, true, true};
+  const int positions =
+      builder.AddAttribute(draco::GeometryAttribute::POSITION, 3, draco::DT_FLOAT32);
+  const int normals = builder.AddAttribute(draco::GeometryAttribute::NORMAL, 3, draco::DT_BOOL);
+  const draco::FaceIndex face(0);
+  builder.SetAttributeValuesForFace(positions, face, corners[0].data(), corners[1].data(),
+                                    corners[2].data());
+  builder.SetAttributeValuesForFace(normals, face, yes.data(), yes.data(), yes.data());
+  const std::unique_ptr<draco::Mesh> mesh = builder.Finalize();
+  draco::EncoderBuffer buffer;
+  ASSERT_TRUE(draco::Encoder().EncodeMeshToBuffer(*mesh, &buffer).ok());
+
+  const absl::Status status = DecodeMesh(std::string(buffer.data(), buffer.size())).status();
+  EXPECT_EQ(status.code(), absl::StatusCode::kDataLoss);
+  EXPECT_THAT(status.message(), ::testing::HasSubstr("instead of floats"));
 }
 
 TEST(DecodeMesh, ReportsEveryTruncationInsteadOfCrashing) {
