@@ -28,8 +28,9 @@ class StreamCall final : public Call<StreamReactor>, public StreamSession::Sink 
   }
 
   void OnWriteDone(bool ok) override {
+    const bool goes_on = EndWrite(ok);
     response_.Clear();  // lets the frame go; the next one may be far away
-    if (EndWrite(ok)) Attempt([this] { session_->OnWritten(); });
+    if (goes_on) Attempt([this] { session_->OnWritten(); });
   }
 
   void Send(const StreamedFrame& streamed) override {
