@@ -73,14 +73,14 @@ class FileBytesTest : public E2eTest {
 
   // A worker registers a and b, dies once its first checkpoint is recorded, and another one goes
   // on. The checkpoint.
-  jobs::Checkpoint RegisterWithALostWorker() {
+  jobs::Checkpoint RegisterWithALostWorker(store::Catalog& catalog) {
     Operation registration;
     EXPECT_TRUE(Register(4, registration).ok());
     Process killed = StartWorker(
         {"LIQUIDBLEND_CHECKPOINT_INTERVAL=1ms", "LIQUIDBLEND_FAULT_POINT=checkpoint.after_commit"});
     EXPECT_EQ(killed.Wait(), -SIGKILL);
     const std::string id = registration.name().substr(std::string("operations/").size());
-    auto checkpoint = Load(OpenCatalog()->GetJob(id)->checkpoint_blob());
+    auto checkpoint = Load(catalog.GetJob(id)->checkpoint_blob());
     EXPECT_TRUE(checkpoint.ok()) << checkpoint.status();
     Process worker = StartWorker();
     ExpectSuccess(AwaitDone(registration.name()));
@@ -119,7 +119,7 @@ void FileBytesTest::ExpectBlobs(const Scene& scene) {
 
   // A thread that a busy machine holds up saves a later iteration than the first that is due.
   for (int run = 1; run <= kMaxRuns; ++run) {
-    const jobs::Checkpoint checkpoint = RegisterWithALostWorker();
+    const jobs::Checkpoint checkpoint = RegisterWithALostWorker(*catalog);
     EXPECT_EQ(catalog->GetFamily("balls")->blob(), scene.family_blob);
     const auto* const state = std::get_if<registration::IterationState>(&checkpoint.state);
     if (state == nullptr || state->last.iteration != kCheckpointed) continue;

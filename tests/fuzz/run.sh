@@ -54,10 +54,10 @@ for target in "${targets[@]}"; do
   # their metrics and loggers are kept on purpose.
   if [[ " ${peers[*]} " == *" $target "* ]]; then options+=(-entropic=0 -detect_leaks=0); fi
   num_findings=0
-  # intercept_tls_get_addr: docs/experiments/sanitizers-and-fuzzing.md
   begin=$SECONDS
   measure_cpu_seconds
   cpu_begin=$cpu_seconds
+  # intercept_tls_get_addr: docs/experiments/sanitizers-and-fuzzing.md
   if ! ASAN_OPTIONS=allocator_may_return_null=0:intercept_tls_get_addr=0 \
     UBSAN_OPTIONS=print_stacktrace=1 \
     "build/fuzz/fuzz/fuzz_$target" "$corpus" "tests/fuzz/corpus/$target" "${options[@]}" \

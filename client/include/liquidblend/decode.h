@@ -13,9 +13,9 @@ namespace liquidblend {
 // "velocity" or "rest"). Vertices are in the order of the stream. Only parts that Draco's encoder
 // had to take apart at non-manifold edges are joined again along their open edges, so a closed mesh
 // stays closed. Errors: kInvalidArgument if the bytes are neither a Draco mesh (bitstream 2.2) with
-// positions nor a MeshoptMesh; kDataLoss if they are damaged, have a number that is not finite, or
-// claim more triangles or vertices than a frame of their size has.  Threads: safe.  Cost: about
-// 10 ms per 100,000 triangles of Draco.
+// positions nor a MeshoptMesh; kDataLoss if they are damaged, have a number that is not finite,
+// have one of these attributes of another type than float, or claim more triangles or vertices than
+// a frame of their size has.  Threads: safe.  Cost: about 10 ms per 100,000 triangles of Draco.
 absl::StatusOr<Mesh> DecodeMesh(const std::string& bytes);
 
 }  // namespace liquidblend
