@@ -225,11 +225,12 @@ absl::StatusOr<bool> FindInsideOut(const mesh::TriangleMesh& mesh, int facing,
   });
 }
 
-// The signed volume once what is inside out is turned, times 6.
-double VolumeOnceTurned(const std::vector<SurfacePart>& parts) {
-  double volume = 0.0;
-  for (const SurfacePart& part : parts) volume += part.IsInsideOut() ? -part.volume : part.volume;
-  return volume;
+// Turns the triangles of the parts that are inside out. A second call turns them back.
+void TurnInsideOut(const PartsOfFrame& found, mesh::TriangleMesh& mesh) {
+  for (int32_t t = 0; t < mesh.num_triangles(); ++t) {
+    const SurfacePart& part = found.parts[found.part_of[mesh.triangles(0, t)]];
+    if (part.IsInsideOut()) std::swap(mesh.triangles(1, t), mesh.triangles(2, t));
+  }
 }
 
 }  // namespace
@@ -251,14 +252,15 @@ absl::StatusOr<TurnedParts> TurnPartsOutward(mesh::TriangleMesh& mesh) {
   LB_ASSIGN_OR_RETURN(const bool has_any, FindInsideOut(mesh, -1, found));
   if (!has_any) return turned;
   LB_RETURN_IF_ERROR(FindInsideOut(mesh, 1, found).status());  // their bubbles face outward
-  if (!(VolumeOnceTurned(found.parts) > 0)) return turned;     // a tangle without an outside
-  for (int32_t t = 0; t < mesh.num_triangles(); ++t) {
-    const SurfacePart& part = found.parts[found.part_of[mesh.triangles(0, t)]];
+  TurnInsideOut(found, mesh);
+  if (!CheckOutward(mesh).ok()) {  // a tangle without an outside, or a volume of rounding errors
+    TurnInsideOut(found, mesh);
+    return turned;
+  }
+  for (const SurfacePart& part : found.parts) {
     if (!part.IsInsideOut()) continue;
-    if (part.first_triangle == t && turned.count++ == 0) {
-      turned.first = mesh.vertices.col(mesh.triangles(0, t));
-    }
-    std::swap(mesh.triangles(1, t), mesh.triangles(2, t));
+    if (turned.count++ > 0) continue;
+    turned.first = mesh.vertices.col(mesh.triangles(0, part.first_triangle));
   }
   return turned;
 }
