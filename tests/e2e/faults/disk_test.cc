@@ -83,7 +83,7 @@ class FaultsDiskTest : public FaultTest {
     return layer.control().num_calls;
   }
 
-  // From the first to the last of the calls that there are, another one in each run.
+  // Fails calls that are spread from the first to the last of those that there are.
   void FailCallsInEachRun(FaultLine& line, const Failure& failure) {
     BeginRun(line, failure.tier);
     const int64_t num_calls = FailCalls(failure, 1, 0);
@@ -92,7 +92,7 @@ class FaultsDiskTest : public FaultTest {
     line.Restart();
     for (int run = 1; run <= NumFaultRuns(); ++run) {
       BeginRun(line, failure.tier);
-      FailCalls(failure, 1 + (run - 1) % num_certain, 1 + run % 3);
+      FailCalls(failure, 1 + (run - 1) * num_certain / NumFaultRuns(), 1 + run % 3);
     }
   }
 };
