@@ -67,7 +67,7 @@ class FaultsDiskTest : public FaultTest {
   }
 
   // One run in which calls of a program from the first-th of this kind on fail, `count` of them.
-  // Returns how many there were.
+  // Returns how many there were. If there were too few, the run does not count.
   int64_t FailCalls(const Failure& failure, int64_t first, int64_t count) {
     FaultLayer& layer = MakeLayer(/*has_disk=*/false);
     const std::vector<std::string> none, layered = layer.environment();
@@ -78,7 +78,8 @@ class FaultsDiskTest : public FaultTest {
     if (!failure.of_server) layer.FailCalls(failure.call, failure.error_number, first, count);
     Process worker = StartFaultWorker(failure.of_server ? none : layered);
     EndRun(std::move(server), std::move(worker));
-    EXPECT_EQ(layer.control().num_failed > 0, count > 0) << first;
+    // Work that is faster than it was when they were counted has fewer checkpoints.
+    if (count > 0 && layer.control().num_failed == 0) line()->Miss();
     for (const std::string& error : errors()) EXPECT_THAT(error, testing::HasSubstr(data()));
     return layer.control().num_calls;
   }
@@ -90,10 +91,13 @@ class FaultsDiskTest : public FaultTest {
     // Some depend on how long the work takes.
     const int64_t num_certain = std::max<int64_t>(1, num_calls * 2 / 3);
     line.Restart();
-    for (int run = 1; run <= NumFaultRuns(); ++run) {
+    const int most_missed = line.num_missed + NumFaultRuns();
+    while (line.num_runs < NumFaultRuns() && line.num_missed < most_missed) {
       BeginRun(line, failure.tier);
+      const int run = line.num_runs;
       FailCalls(failure, 1 + (run - 1) * num_certain / NumFaultRuns(), 1 + run % 3);
     }
+    EXPECT_EQ(line.num_runs, NumFaultRuns());
   }
 };
 
