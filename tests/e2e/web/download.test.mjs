@@ -4,7 +4,7 @@ import { mkdtempSync, readFileSync, rmSync } from 'node:fs';
 import { tmpdir } from 'node:os';
 import { join } from 'node:path';
 import { test } from 'node:test';
-import { newPage, openViewer, settled } from './page.mjs';
+import { newPage, openViewer, settled, slowness } from './page.mjs';
 
 /** Downloads by the dialog, and gives the file's path and name to `check`. */
 async function download(what, format, check) {
@@ -18,7 +18,7 @@ async function download(what, format, check) {
     const dialog = page.getByRole('dialog');
     await dialog.getByRole('radio', { name: what }).check();
     if (format) await dialog.getByRole('radio', { name: format }).check();
-    const waiting = page.waitForEvent('download', { timeout: 120_000 });
+    const waiting = page.waitForEvent('download', { timeout: 120_000 * slowness });
     await dialog.getByRole('button', { name: 'Download' }).click();
     const file = await waiting;
     const path = join(folder, file.suggestedFilename());

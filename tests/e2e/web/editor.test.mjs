@@ -19,6 +19,7 @@ import {
   withEditor,
 } from './editor_page.mjs';
 import { api } from './library.mjs';
+import { slowness } from './page.mjs';
 
 let folder;
 
@@ -198,7 +199,7 @@ test('TrajectoriesAreDrawnThroughTime', () =>
     await page.getByLabel('Kind of new pairs').selectOption('TRAJECTORY');
     await addPairs(page, 1);
     const pane = page.locator('lb-edit-pane').first();
-    await pane.locator('polyline.path').waitFor({ timeout: 20_000 });
+    await pane.locator('polyline.path').waitFor({ timeout: 20_000 * slowness });
     const points = (await pane.locator('polyline.path').getAttribute('points')).trim().split(' ');
     assert.ok(points.length >= 3, `${points}`);
     const start = await marker(page, 1, 'source').getAttribute('transform');

@@ -14,7 +14,7 @@ import {
   withEditor,
 } from './editor_page.mjs';
 import { api, refineFamily } from './library.mjs';
-import { report, waitFor } from './page.mjs';
+import { report, slowness, waitFor } from './page.mjs';
 
 test('CheckPairsChangeNoByteOfTheFamily', () =>
   withEditor(async (page) => {
@@ -116,7 +116,7 @@ test('TenPairsAreRefinedAndTheirResidualsShown', () =>
     await page.route(/:watch$/, (route) => (numLost++ ? route.continue() : route.abort()));
     await page.getByRole('button', { name: 'Register again with 9 pairs' }).dblclick();
     await page.getByRole('progressbar', { name: 'Progress of the registration' }).waitFor();
-    await page.getByText(/Version \d+ is published/).waitFor({ timeout: 90_000 });
+    await page.getByText(/Version \d+ is published/).waitFor({ timeout: 90_000 * slowness });
     const { json } = await api(`/v1/families/${family}`);
     assert.equal(Number(json.version), Number(before) + 1);
     const own = json.reports[0].correspondences.filter((one) => !one.automatic);
@@ -163,7 +163,7 @@ test('RegistersFromScratchWithTheSourceAndTargetsOfBefore', () =>
     const { json: before } = await api(`/v1/families/${family}`);
     const { length: numPairs } = await numbers(page);
     await page.getByRole('button', { name: `Register again with ${numPairs} pairs` }).click();
-    await page.getByText(/Version \d+ is published/).waitFor({ timeout: 90_000 });
+    await page.getByText(/Version \d+ is published/).waitFor({ timeout: 90_000 * slowness });
     const { json } = await api(`/v1/families/${family}`);
     assert.equal(Number(json.version), Number(before.version) + 1);
     assert.deepEqual([json.source, json.targets], [before.source, before.targets]);
@@ -189,6 +189,6 @@ test('ErrorsOfRegistrationsNameThePairs', () =>
     const [first, second] = await numbers(page);
     await page
       .getByText(`Numbers in messages count from 0: 0 is pair ${first}, 1 is pair ${second}.`)
-      .waitFor({ timeout: 60_000 });
+      .waitFor({ timeout: 60_000 * slowness });
     await page.getByRole('alert').first().waitFor();
   }));

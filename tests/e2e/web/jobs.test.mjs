@@ -2,7 +2,7 @@ import assert from 'node:assert/strict';
 import { readFileSync, readdirSync } from 'node:fs';
 import { after, before, test } from 'node:test';
 import { api, ensureClips, ensureFamily, folderOf } from './library.mjs';
-import { baseUrl, newPage, report, waitFor } from './page.mjs';
+import { baseUrl, newPage, report, slowness, waitFor } from './page.mjs';
 
 const made = { animations: [], families: [] };
 let clips;
@@ -59,7 +59,7 @@ test('FoldersAreUploadedByTheChooser', () =>
     assert.equal(fields.get('header.options.framesPerSecond'), '48');
     assert.equal(fields.get('header.options.up'), 'UP_Z');
     assert.equal(fields.get('header.numFiles'), '25');
-    await card(page, id).getByText('done', { exact: true }).waitFor({ timeout: 30_000 });
+    await card(page, id).getByText('done', { exact: true }).waitFor({ timeout: 30_000 * slowness });
     const { json } = await api(`/v1/animations/${id}`);
     assert.equal(json.state, 'READY');
     assert.equal(json.framesPerSecond, 48);
@@ -104,7 +104,7 @@ test('FilesAreUploadedByDrop', () =>
     await page.getByRole('alert').filter({ hasText: 'The name may have' }).waitFor();
     await page.getByLabel(/^Name/).fill(id);
     await page.getByRole('button', { name: 'Upload', exact: true }).click();
-    await card(page, id).getByText('done', { exact: true }).waitFor({ timeout: 30_000 });
+    await card(page, id).getByText('done', { exact: true }).waitFor({ timeout: 30_000 * slowness });
   }));
 
 test('AnUploadShowsItsProgressGoesOnAndStops', () =>
@@ -179,7 +179,7 @@ test('FamiliesAreRegisteredByKeysWithProgressAndVerdict', () =>
     await page.keyboard.press('Enter');
     const job = card(page, id, 'Registration');
     await job.getByRole('progressbar').waitFor();
-    await job.getByText('done', { exact: true }).waitFor({ timeout: 60_000 });
+    await job.getByText('done', { exact: true }).waitFor({ timeout: 60_000 * slowness });
     report('stages', [...stages]);
     assert.ok(stages.size >= 2, [...stages].join());
     await job.getByRole('link', { name: 'Verdict' }).click();
@@ -212,8 +212,8 @@ test('RegistrationsAreCancelled', () =>
     };
     await api('/v1/families', { method: 'POST', body });
     const job = card(page, id, 'Registration');
-    await job.getByRole('button', { name: 'Cancel' }).click({ timeout: 15_000 });
-    await job.getByText('cancelled', { exact: true }).waitFor({ timeout: 30_000 });
+    await job.getByRole('button', { name: 'Cancel' }).click({ timeout: 15_000 * slowness });
+    await job.getByText('cancelled', { exact: true }).waitFor({ timeout: 30_000 * slowness });
     await job.getByRole('button', { name: 'Remove from the list' }).click();
     await job.waitFor({ state: 'hidden' });
   }));
@@ -252,7 +252,7 @@ test('VersionsAreRefinedComparedAndRolledBack', () =>
     await versions.getByRole('button', { name: 'Refine' }).click();
     await card(page, id, 'Registration')
       .getByText('done', { exact: true })
-      .waitFor({ timeout: 60_000 });
+      .waitFor({ timeout: 60_000 * slowness });
     assert.equal((await api(`/v1/families/${id}`)).json.version, '2');
     await page.goto(`${baseUrl}/#jobs?show=families&family=${id}`);
     await versions.getByRole('button', { name: 'Publish again' }).click();

@@ -1,6 +1,6 @@
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
-import { counters, newPage, openViewer, report, settled } from './page.mjs';
+import { counters, newPage, openViewer, report, settled, slowness } from './page.mjs';
 
 // LEAK_FRAMES=10000 is the whole test.
 const numFrames = Number(process.env.LEAK_FRAMES ?? 1000);
@@ -13,7 +13,7 @@ async function heapBytes(session) {
 
 async function untilShown(page, frames) {
   await page.waitForFunction((wanted) => globalThis.liquidblend.panes[0].shown >= wanted, frames, {
-    timeout: 20_000 + 500 * numFrames,
+    timeout: (20_000 + 500 * numFrames) * slowness,
     polling: 250,
   });
 }

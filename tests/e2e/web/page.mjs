@@ -7,6 +7,9 @@ export const baseUrl = process.env.BASE_URL.replace(/\/$/, '');
 export const token = process.env.TOKEN ?? '';
 export const family = process.env.FAMILY ?? 'two_drops';
 
+/** How many times as long as usual a test waits; more where programs under a sanitizer are slow. */
+export const slowness = Math.max(1, Number(process.env.LIQUIDBLEND_E2E_PATIENCE ?? 60) / 60);
+
 let browser;
 
 /** Drawn by the processor, as everywhere where tests run. */
@@ -58,6 +61,7 @@ export async function newPage({ width = 1280, height = 800, theme = 'light', ...
     options.withoutToken ? '' : token,
   );
   const page = await context.newPage();
+  page.setDefaultTimeout(30_000 * slowness);
   page.seen = watch(page);
   return page;
 }
@@ -79,7 +83,7 @@ export function counters(page) {
 }
 
 /** Waits until a condition on the counters of the picture in front holds. */
-export async function waitFor(page, condition, timeout = 20_000) {
+export async function waitFor(page, condition, timeout = 20_000 * slowness) {
   const end = Date.now() + timeout;
   for (;;) {
     const pane = await page.evaluate(() => globalThis.liquidblend?.panes[0]);
