@@ -83,8 +83,8 @@ export function counters(page) {
 }
 
 /** Waits until a condition on the counters of the picture in front holds. */
-export async function waitFor(page, condition, timeout = 20_000 * slowness) {
-  const end = Date.now() + timeout;
+export async function waitFor(page, condition) {
+  const end = Date.now() + 20_000 * slowness;
   for (;;) {
     const pane = await page.evaluate(() => globalThis.liquidblend?.panes[0]);
     if (pane && condition(pane)) return pane;

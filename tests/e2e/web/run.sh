@@ -5,6 +5,7 @@
 #   tests/e2e/web/run.sh [TEST..]     such as: play scrub; default all
 # BUILD: the build folder (default build/release); LIQUIDBLEND_BINARY_DIR: other programs than its.
 # LEAK_FRAMES: how many frames are shown to see whether memory grows (default 300).
+# LIQUIDBLEND_E2E_PATIENCE=600: waits ten times as long, where programs are slow (default 60).
 # STRICT_TIMES=1: figures of time count, too; for a machine that does nothing else.
 # Exit: 0 if all passed; 1 if not; 2 usage.
 set -euo pipefail
