@@ -60,6 +60,7 @@ void AddGlobalFlags(CLI::App& app, Context& context) {
       ->envname("LIQUIDBLEND_SERVER")
       ->capture_default_str();
   app.add_option("--connect-timeout", context.connect_timeout_s, "Seconds to wait for the server")
+      ->envname("LIQUIDBLEND_CONNECT_TIMEOUT")
       ->check(liquidblend::cli::Positive())
       ->capture_default_str();
   app.add_option(

@@ -27,7 +27,7 @@ Client::~Client() = default;
 absl::StatusOr<std::unique_ptr<Client>> Client::Connect(const ConnectOptions& options) {
   LBC_RETURN_IF_ERROR(options.Validate());
   LBC_ASSIGN_OR_RETURN(std::unique_ptr<client::Servers> servers, client::Servers::Open(options));
-  if (!servers->WaitForAny(absl::Now() + options.connect_timeout)) {
+  if (!servers->WaitForAny(options.connect_timeout)) {
     const std::string reason = servers->ExplainFailure(options.security.uses_tls());
     return absl::UnavailableError(absl::StrCat(
         "cannot reach a liquidblend server at ", options.target, " within ",

@@ -23,6 +23,7 @@ constexpr int kConnectMs = 5000;     // then the address counts as one that cann
 constexpr int kResolveMs = 3000;     // for one look-up of a name, of any kind of address
 constexpr int kIdleMs = 5 * 60'000;  // then connections without a call end
 constexpr absl::Duration kGlance = absl::Milliseconds(50);
+constexpr absl::Duration kLongestGlance = absl::Milliseconds(100);  // as it is counted
 constexpr absl::Duration kLongestLook = absl::Milliseconds(500);
 constexpr absl::Duration kHealthPatience = absl::Milliseconds(250);  // for a healthy server
 constexpr absl::Duration kAvoidance = absl::Seconds(1);  // of a server that has refused a call
@@ -86,11 +87,6 @@ bool IsUnhealthy(const absl::Status& status) {
   return absl::StrContains(std::string(status.message()), "health");
 }
 
-std::chrono::system_clock::time_point ToChrono(absl::Time time) {
-  return time == absl::InfiniteFuture() ? std::chrono::system_clock::time_point::max()
-                                        : absl::ToChronoTime(time);
-}
-
 }  // namespace
 
 std::vector<std::string> AddressesIn(const std::string& target) {
@@ -121,26 +117,29 @@ absl::StatusOr<std::unique_ptr<Servers>> Servers::Open(const ConnectOptions& opt
   return servers;
 }
 
-bool Servers::WaitForAny(absl::Time deadline) {
+bool Servers::WaitForAny(absl::Duration patience) {
+  absl::Duration waited;
   const auto is_reached = [&](const std::vector<std::unique_ptr<Server>>& servers) {
     for (const auto& server : servers) server->channel->GetState(/*try_to_connect=*/true);
     return std::any_of(servers.begin(), servers.end(), [&](const auto& server) {
-      const absl::Time end = std::min(deadline, absl::Now() + kGlance);
-      return server->channel->WaitForConnected(ToChrono(end));
+      const int64_t begin_us = SteadyMicros();
+      const absl::Time end = absl::Now() + std::min(kGlance, patience - waited);
+      const bool is_connected = server->channel->WaitForConnected(absl::ToChronoTime(end));
+      waited += std::min(absl::Microseconds(SteadyMicros() - begin_us), kLongestGlance);
+      return is_connected;
     });
   };
-  const absl::Time unchecked_from = absl::Now() + kHealthPatience;
   do {
     if (is_reached(servers_)) return true;
-    if (absl::Now() >= unchecked_from && is_reached(unchecked_)) return true;
-  } while (absl::Now() < deadline);
+    if (waited >= kHealthPatience && is_reached(unchecked_)) return true;
+  } while (waited < patience);
   return false;
 }
 
 std::string Servers::ExplainFailure(bool uses_tls) {
   // A call that does not wait for a connection ends with the words of the last attempt.
   grpc::ClientContext context;
-  context.set_deadline(ToChrono(absl::Now() + kLongestLook));
+  context.set_deadline(absl::ToChronoTime(absl::Now() + kLongestLook));
   google::longrunning::Operation unused;
   const grpc::Status status = servers_.front()->operations().GetOperation(
       &context, google::longrunning::GetOperationRequest(), &unused);

@@ -75,8 +75,9 @@ class Servers {
   // CheckTokenIsSafe().
   static absl::StatusOr<std::unique_ptr<Servers>> Open(const ConnectOptions& options);
 
-  // Waits until a server can be reached; false if none can before the deadline.
-  bool WaitForAny(absl::Time deadline);
+  // Waits until a server can be reached; false if none can be in so much time. Time in which this
+  // program does not run, such as that of a virtual machine that is paused, is not counted.
+  bool WaitForAny(absl::Duration patience);
 
   // Explains to the user why the first server cannot be reached; empty if the reason is not known.
   // Takes up to half a second.

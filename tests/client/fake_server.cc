@@ -461,7 +461,9 @@ class FakeServer::Impl final : public v1::LiquidBlend::Service, public lro::Oper
 FakeServer::FakeServer() : impl_(std::make_unique<Impl>()) {}
 FakeServer::~FakeServer() = default;
 
-std::string FakeServer::target() const { return absl::StrCat("127.0.0.1:", impl_->port()); }
+std::string FakeServer::target() const { return absl::StrCat("127.0.0.1:", port()); }
+
+int FakeServer::port() const { return impl_->port(); }
 
 void FakeServer::FailNext(const std::string& method, int times, const absl::Status& status) {
   const absl::MutexLock lock(&impl_->mutex);

@@ -36,6 +36,7 @@ class FakeServer {
   FakeServer& operator=(const FakeServer&) = delete;
 
   std::string target() const;  // HOST:PORT
+  int port() const;
 
   // The next `times` calls of `method` ("GetFamily") fail with `status` and its payloads.
   void FailNext(const std::string& method, int times, const absl::Status& status);

@@ -49,8 +49,9 @@ struct ConnectOptions {
   // separated by commas: servers of one store. Calls go to all of them in turn. One that cannot be
   // reached, or is about to stop, is left out, and its calls go to the next at once.
   std::string target = "127.0.0.1:50051";
-  absl::Duration connect_timeout = absl::Seconds(5);  // how long Connect waits for the server
-  absl::Duration call_timeout = absl::Seconds(30);    // per attempt of a short call
+  // How long Connect waits for the server; time in which this program does not run is not counted.
+  absl::Duration connect_timeout = absl::Seconds(5);
+  absl::Duration call_timeout = absl::Seconds(30);  // per attempt of a short call
   absl::Duration upload_timeout = absl::InfiniteDuration();
   // 1 s to an hour. Interval of keepalive pings while a call waits and nothing is received. Without
   // an answer within the same time the connection is lost (kUnavailable).

@@ -39,6 +39,9 @@ std::string ExplainConnectionFailure(absl::string_view grpc_words, bool uses_tls
   if (Has(words, "dns resolution failed")) {
     return "no host of that name is known";
   }
+  if (Has(words, "timed out") || Has(words, "timeout") || Has(words, "deadline exceeded")) {
+    return "nothing answers there: is the server stopped or overloaded, or a firewall in between?";
+  }
   if (uses_tls) return ExplainTlsFailure(words);
   if (Has(words, "socket closed") || Has(words, "connection reset") || Has(words, "preface") ||
       Has(words, "settings frame") || Has(words, "endpoint closed")) {

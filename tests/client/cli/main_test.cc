@@ -1,12 +1,20 @@
 // The command itself, run against a server with canned answers.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <signal.h>
 
+#include <atomic>
+#include <cstdlib>
 #include <nlohmann/json.hpp>
+#include <string>
 
+#include "absl/strings/str_cat.h"
+#include "absl/time/clock.h"
 #include "client/cli/files/mesh_file.h"
 #include "client/cli/files/mesh_stats.h"
 #include "tests/client/cli/served_command.h"
+#include "tests/e2e/faults/fault_proxy.h"
+#include "tests/e2e/process.h"
 
 namespace liquidblend::cli {
 namespace {
@@ -72,6 +80,31 @@ TEST_F(Command, WithoutAServerIsItsOwnExitCodeWithAdvice) {
   EXPECT_EQ(result.exit_code, 3);
   EXPECT_THAT(result.err, HasSubstr(nobody));
   EXPECT_THAT(result.err, HasSubstr("--server HOST:PORT"));
+}
+
+TEST_F(Command, TheEnvironmentSaysHowLongToWaitForTheServer) {
+  setenv("LIQUIDBLEND_CONNECT_TIMEOUT", "0.05", /*overwrite=*/1);
+  const CommandResult result = testing::RunLiquidblend({"--server", "127.0.0.1:1", "list"});
+  unsetenv("LIQUIDBLEND_CONNECT_TIMEOUT");
+  EXPECT_EQ(result.exit_code, 3);
+  EXPECT_THAT(result.err, HasSubstr("within 50ms"));
+}
+
+// As a virtual machine that is paused, for longer than the command waits.
+TEST_F(Command, TimeInWhichItIsStoppedIsNoTimeWithoutAServer) {
+  std::atomic<pid_t> command_pid = 0;
+  e2e::FaultProxy proxy(server_.port());
+  const auto pause = [&] {
+    while (command_pid == 0) absl::SleepFor(absl::Milliseconds(1));
+    kill(command_pid, SIGSTOP);
+    absl::SleepFor(absl::Seconds(3));
+  };
+  proxy.Once("PRI * HTTP/2.0", 1, pause, [&] { kill(command_pid, SIGCONT); });
+  e2e::Process command("liquidblend", {"--server", absl::StrCat("127.0.0.1:", proxy.port()),
+                                       "--connect-timeout", "2", "inspect", "families/drops"});
+  command_pid = command.pid();
+  EXPECT_EQ(command.Wait(), 0);
+  EXPECT_TRUE(proxy.is_struck());
 }
 
 TEST_F(Command, AMissingTokenIsAskedForByTheFlag) {

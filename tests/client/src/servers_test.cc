@@ -254,11 +254,7 @@ TEST_F(ServersTest, WatchesAndStreamsGoOnAtTheNext) {
 
 // A machine that vanishes says nothing, and a watch has no deadline.
 TEST_F(ServersTest, AWatchOfAServerThatFallsSilentGoesOnAtTheNext) {
-  const auto port_of = [](const FakeServer& server) {
-    const std::string target = server.target();
-    return std::stoi(target.substr(target.find(':') + 1));
-  };
-  e2e::FaultProxy one(port_of(*first_)), two(port_of(second_));
+  e2e::FaultProxy one(first_->port()), two(second_.port());
   options_.target = absl::StrCat("127.0.0.1:", one.port(), ",127.0.0.1:", two.port());
   options_.keepalive = absl::Seconds(1);
   options_.retry.initial_backoff = absl::Milliseconds(1);

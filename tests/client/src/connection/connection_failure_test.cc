@@ -30,8 +30,18 @@ TEST(ExplainConnectionFailure, KnowsWhatEachSideMayHaveWrong) {
               HasSubstr("--tls-server-name"));
 }
 
+// A server that is stopped takes connections and says nothing; one that wants TLS ends them.
+TEST(ExplainConnectionFailure, TellsASilentServerFromOneThatWantsTls) {
+  for (const bool uses_tls : {false, true}) {
+    for (const char* words : {"connection attempt timed out before receiving SETTINGS frame",
+                              "connect timeout occurred", "Deadline Exceeded"}) {
+      EXPECT_THAT(ExplainConnectionFailure(words, uses_tls), HasSubstr("nothing answers there"));
+    }
+  }
+}
+
 TEST(ExplainConnectionFailure, SaysNothingOfWordsThatItDoesNotKnow) {
-  EXPECT_EQ(ExplainConnectionFailure("Deadline Exceeded", false), "");
+  EXPECT_EQ(ExplainConnectionFailure("no words of ours", false), "");
   EXPECT_EQ(ExplainConnectionFailure("", true), "");
 }
 
