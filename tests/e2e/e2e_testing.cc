@@ -37,6 +37,8 @@ std::vector<std::string> RunningServers() {
 
 E2eTest::E2eTest()
     : folder_(std::make_unique<store::TemporaryFolder>()), running_servers_(RunningServers()) {
+  // Commands wait as long as tests do.
+  setenv("LIQUIDBLEND_CONNECT_TIMEOUT", absl::StrCat(Patience().count()).c_str(), /*overwrite=*/1);
   if (!IsOnSharedTier()) return;
   place_ = {store::SharedPostgresServer().NewUrl(), "s3://liquidblend", store::CephEnvironment()};
 }

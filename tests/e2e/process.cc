@@ -101,12 +101,15 @@ std::vector<pid_t> ChildrenOf(pid_t pid) {
   return children;
 }
 
-std::chrono::seconds Patience() {
+int Slowness() {
   const char* const seconds = std::getenv("LIQUIDBLEND_E2E_PATIENCE");
-  return std::chrono::seconds(seconds == nullptr ? 60 : std::atoi(seconds));
+  return seconds == nullptr ? 1 : std::max(1, std::atoi(seconds) / 60);
 }
 
-int Slowness() { return std::max(1, static_cast<int>(Patience() / std::chrono::minutes(1))); }
+std::chrono::seconds Patience() {
+  return std::max<std::chrono::seconds>(std::chrono::minutes(3),
+                                        Slowness() * std::chrono::minutes(1));
+}
 
 bool IsAlive(pid_t pid) {
   const char state = StateOf(pid);

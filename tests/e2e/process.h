@@ -42,12 +42,13 @@ class Process {
 // Direct children of a process.
 std::vector<pid_t> ChildrenOf(pid_t pid);
 
-// How long a test waits for what must happen: a minute, or so many seconds as the environment
-// variable LIQUIDBLEND_E2E_PATIENCE says, where programs under a sanitizer are slow.
-std::chrono::seconds Patience();
-
-// How many times as long as usual: 1, or what the same variable makes of a minute.
+// How many times as long as usual programs take, under a sanitizer: 1, or the minutes in the
+// environment variable LIQUIDBLEND_E2E_PATIENCE, which is in seconds.
 int Slowness();
+
+// How long a test waits for what must happen: three minutes, as a busy machine may need for a whole
+// registration, or as many as Slowness() if that is more.
+std::chrono::seconds Patience();
 
 // Whether there is such a process (a zombie does not count).
 bool IsAlive(pid_t pid);
