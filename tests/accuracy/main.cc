@@ -12,6 +12,7 @@
 #include "tests/accuracy/registered_scene.h"
 #include "tests/accuracy/report.h"
 #include "tests/accuracy/scene.h"
+#include "tests/paths.h"
 
 namespace liquidblend::accuracy {
 namespace {
@@ -35,7 +36,7 @@ void AddFlags(Flags& flags, CLI::App& app) {
   app.add_option("--scene", flags.scenes, "may be repeated; default: all")
       ->check(CLI::IsMember(SceneNames()));
   app.add_option("--data", flags.data, "folder with SCENE/INPUT/ (Mantaflow caches)")
-      ->default_val(LIQUIDBLEND_TEST_DATA);
+      ->default_val(paths::Source("tests/data"));
   app.add_option("--correspondences", flags.correspondences,
                  "file as `liquidblend register --correspondences` takes it");
   app.add_option("--threads", flags.num_threads, "default: one per core");

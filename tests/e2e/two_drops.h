@@ -8,6 +8,7 @@
 
 #include "core/mesh/animation.h"
 #include "core/parallel/arena.h"
+#include "tests/paths.h"
 #include "worker/ingest/read_animation.h"
 #include "worker/ingest/read_directory.h"
 
@@ -16,7 +17,7 @@ namespace liquidblend::e2e {
 // name: A, B or MID.
 inline mesh::Animation LoadTwoDrops(const std::string& name, const parallel::Arena& arena) {
   const auto files =
-      ingest::LoadDirectory(std::string(LIQUIDBLEND_TEST_DATA) + "/two_drops/" + name);
+      ingest::LoadDirectory(paths::Source("tests/data/two_drops/" + name));
   EXPECT_TRUE(files.ok()) << files.status();
   auto animation = ingest::ReadAnimation(name, ingest::Views(*files), {}, arena);
   EXPECT_TRUE(animation.ok()) << animation.status();

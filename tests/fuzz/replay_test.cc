@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "tests/fuzz/entries.h"
+#include "tests/paths.h"
 
 namespace liquidblend::fuzz {
 namespace {
@@ -34,7 +35,7 @@ std::vector<char> Load(const fs::path& path) {
 // A finding ends the process, or the sanitizers end it.
 TEST_P(Replay, SeedsAndFindingsKeepThePromises) {
   const std::string name(GetParam().name);
-  const fs::path root = LIQUIDBLEND_FUZZ_DIR;
+  const fs::path root = paths::Source("tests/fuzz");
   const std::vector<fs::path> seeds = FilesIn(root / "corpus" / name);
   EXPECT_GE(seeds.size(), 2u);
   std::vector<fs::path> files = FilesIn(root / "regressions" / name);

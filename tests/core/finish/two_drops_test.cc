@@ -9,6 +9,7 @@
 #include "core/finish/smooth_surface.h"
 #include "tests/core/finish/finish_testing.h"
 #include "tests/core/finish/height_probe.h"
+#include "tests/paths.h"
 #include "worker/ingest/read_animation.h"
 #include "worker/ingest/read_directory.h"
 #include "worker/spacetime/build.h"
@@ -21,7 +22,7 @@ class TwoDropsTest : public testing::Test {
  protected:
   static void SetUpTestSuite() {
     const parallel::Arena arena;
-    const auto files = ingest::LoadDirectory(std::string(LIQUIDBLEND_TEST_DATA) + "/two_drops/A");
+    const auto files = ingest::LoadDirectory(paths::Source("tests/data/two_drops/A"));
     ASSERT_TRUE(files.ok()) << files.status();
     auto animation = ingest::ReadAnimation("A", ingest::Views(*files), {}, arena);
     ASSERT_TRUE(animation.ok()) << animation.status();

@@ -8,6 +8,7 @@
 #include "core/slice/slice.h"
 #include "server/encode/draco.h"
 #include "server/encode/libdraco.h"
+#include "tests/paths.h"
 #include "tests/server/encode/encode_testing.h"
 #include "tests/synthetic/slice_family.h"
 #include "worker/ingest/read_animation.h"
@@ -19,7 +20,7 @@ namespace {
 
 TEST(TwoDrops, SlicesAreLibdracosByteForByte) {
   const parallel::Arena arena;
-  const auto files = ingest::LoadDirectory(std::string(LIQUIDBLEND_TEST_DATA) + "/two_drops/A");
+  const auto files = ingest::LoadDirectory(paths::Source("tests/data/two_drops/A"));
   ASSERT_TRUE(files.ok()) << files.status();
   const auto animation = ingest::ReadAnimation("A", ingest::Views(*files), {}, arena);
   ASSERT_TRUE(animation.ok()) << animation.status();

@@ -15,6 +15,7 @@
 #include "core/parallel/arena.h"
 #include "core/slice/slice.h"
 #include "server/encode/draco.h"
+#include "tests/paths.h"
 #include "tests/server/encode/encode_testing.h"
 #include "tests/server/encode/scrambled_surface.h"
 #include "tests/synthetic/shapes.h"
@@ -129,7 +130,7 @@ class WasmDecoderTest : public testing::Test {
 
 TEST_F(WasmDecoderTest, DecodesSlicesOfARealSimulation) {
   const parallel::Arena arena;
-  const auto files = ingest::LoadDirectory(std::string(LIQUIDBLEND_TEST_DATA) + "/two_drops/A");
+  const auto files = ingest::LoadDirectory(paths::Source("tests/data/two_drops/A"));
   ASSERT_TRUE(files.ok()) << files.status();
   const auto animation = ingest::ReadAnimation("A", ingest::Views(*files), {}, arena);
   ASSERT_TRUE(animation.ok()) << animation.status();

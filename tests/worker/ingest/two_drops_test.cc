@@ -10,6 +10,7 @@
 
 #include "core/mesh/animation.h"
 #include "core/parallel/arena.h"
+#include "tests/paths.h"
 #include "worker/ingest/find_up.h"
 #include "worker/ingest/read_animation.h"
 #include "worker/ingest/read_directory.h"
@@ -24,7 +25,7 @@ constexpr double kVoxelM = 0.0786;
 
 mesh::Animation Read(const std::string& name) {
   const absl::StatusOr<std::vector<LoadedFile>> files =
-      LoadDirectory(std::string(LIQUIDBLEND_TEST_DATA) + "/two_drops/" + name);
+      LoadDirectory(paths::Source("tests/data/two_drops/" + name));
   EXPECT_TRUE(files.ok()) << files.status();
   if (!files.ok()) return {};
   const parallel::Arena arena;

@@ -1,3 +1,4 @@
+#include "tests/paths.h"
 #include "tests/worker/registration/clips.h"
 
 #include <gtest/gtest.h>
@@ -41,7 +42,7 @@ const std::vector<ingest::LoadedFile>& Files(const std::string& name) {
   static std::map<std::string, std::vector<ingest::LoadedFile>> loaded;
   auto& files = loaded[name];
   if (files.empty()) {
-    auto read = ingest::LoadDirectory(std::string(LIQUIDBLEND_TEST_DATA) + "/two_drops/" + name);
+    auto read = ingest::LoadDirectory(paths::Source("tests/data/two_drops/" + name));
     EXPECT_TRUE(read.ok()) << read.status();
     if (read.ok()) files = *std::move(read);
   }

@@ -11,6 +11,7 @@
 #include "client/cli/files/mesh_stats.h"
 #include "tests/client/fake_server.h"
 #include "tests/client/temp_files.h"
+#include "tests/paths.h"
 
 namespace liquidblend::cli {
 namespace {
@@ -87,7 +88,7 @@ TEST(MeshFile, StlHasTheCornersOfEachTriangleAndItsNormal) {
 }
 
 TEST(MeshFile, ReadsARealMantaflowFrame) {
-  const auto mesh = ReadMeshFile(LIQUIDBLEND_TEST_DATA "/two_drops/A/fluid_mesh_0018.bobj.gz");
+  const auto mesh = ReadMeshFile(paths::Source("tests/data/two_drops/A/fluid_mesh_0018.bobj.gz"));
   ASSERT_TRUE(mesh.ok()) << mesh.status();
   const MeshStats stats = ComputeMeshStats(*mesh);
   EXPECT_EQ(stats.num_vertices, 5730);
