@@ -17,7 +17,7 @@ refuse() { echo "install-deps.sh: $1" >&2; usage >&2; exit 2; }
 
 build=(
   # compilers and tools
-  g++ cmake ninja-build ccache pkg-config
+  g++ cmake ninja-build ccache lld pkg-config
   # libraries
   libgrpc++-dev protobuf-compiler protobuf-compiler-grpc libprotobuf-dev libabsl-dev libeigen3-dev
   libnanoflann-dev libtbb-dev libdraco-dev libsqlite3-dev libxxhash-dev libspdlog-dev libcli11-dev

@@ -1,8 +1,8 @@
 #!/usr/bin/env bash
 # Installs what is missing, builds the release and runs all of its tests.
 #   tests/run.sh [--no-install] [--all]
-#   --all         first the unit tests with AddressSanitizer and UndefinedBehaviorSanitizer, but for
-#                 those of tests/slow_with_sanitizers.txt
+#   --all         first the programs of unit tests with AddressSanitizer and
+#                 UndefinedBehaviorSanitizer, without the tests of tests/slow_with_sanitizers.txt
 #   --no-install  installs no packages
 set -euo pipefail
 usage() { sed -n '2,/^set -/s/^# \{0,1\}//p' "$0"; }
@@ -33,8 +33,7 @@ if [ "$sanitize" = 1 ]; then
   cmake --preset asan >/dev/null
   cmake --build --preset asan -j "$jobs" --target lb_unit_tests
   step "unit tests with sanitizers"
-  slow=$(grep -v '^#' tests/slow_with_sanitizers.txt | paste -sd '|')
-  ctest --preset asan -j "$slots" -E "$slow"
+  ctest --preset asan-programs -j "$slots"
 fi
 
 step "compile"

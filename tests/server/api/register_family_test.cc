@@ -192,15 +192,15 @@ TEST_F(RegisterFamilyTest, ATimeBlendingThatCannotBeMeantIsNamed) {
       r.mutable_time_blending()->set_rest_time_s(rest_time_s);
     });
   };
-  constexpr auto kInvalid = absl::StatusCode::kInvalidArgument;
-  EXPECT_THAT(refused(7, 0), Fails(kInvalid, "time_blending.kind: must be unspecified, LINEAR, "));
+  constexpr auto kCode = absl::StatusCode::kInvalidArgument;
+  EXPECT_THAT(refused(7, 0), Fails(kCode, "time_blending.kind: must be unspecified, LINEAR, "));
   for (const double rest_time_s : {0.1, -3601.0, std::nan("")}) {
     EXPECT_THAT(refused(v1::TimeBlending::SQUARES, rest_time_s),
-                Fails(kInvalid, "time_blending.rest_time_s: must be in [-3600, 0], got "));
+                Fails(kCode, "time_blending.rest_time_s: must be in [-3600, 0], got "));
   }
   for (const auto kind : {v1::TimeBlending::LINEAR, v1::TimeBlending::AUTOMATIC}) {
     EXPECT_THAT(refused(kind, -1),
-                Fails(kInvalid, "time_blending.rest_time_s: is for SQUARES only, got -1"));
+                Fails(kCode, "time_blending.rest_time_s: is for SQUARES only, got -1"));
   }
   PublishSplash();
   v1::RegisterFamilyRequest refinement;
@@ -208,7 +208,7 @@ TEST_F(RegisterFamilyTest, ATimeBlendingThatCannotBeMeantIsNamed) {
   refinement.set_refine(true);
   refinement.mutable_time_blending()->set_rest_time_s(-1);
   EXPECT_THAT(RegisterFamily(backends_, refinement),
-              Fails(kInvalid, "time_blending.rest_time_s: is for SQUARES only, got -1"));
+              Fails(kCode, "time_blending.rest_time_s: is for SQUARES only, got -1"));
 }
 
 TEST_F(RegisterFamilyTest, ARefinementOfOtherAnimationsOrOfNothingIsRefused) {

@@ -17,8 +17,8 @@ constexpr char kTrace[] =
     "traceparent: 00-4bf92f3577b34da6a3ce929d0e0e4736-00f067aa0ba902b7-01\r\n";
 constexpr char kTraceId[] = "4bf92f3577b34da6a3ce929d0e0e4736";
 constexpr char kParentId[] = "00f067aa0ba902b7";
-constexpr char kFrame[] = "/v1/families/splash/frame.drc?weights=0.5&time=0.1";
-constexpr char kFrameRoute[] = "GET /v1/families/{family}/frame.drc";
+constexpr char kTracedFrame[] = "/v1/families/splash/frame.drc?weights=0.5&time=0.1";
+constexpr char kTracedFrameRoute[] = "GET /v1/families/{family}/frame.drc";
 
 // What the backends need, before there are any.
 struct Traced {
@@ -58,9 +58,9 @@ class TraceTest : protected Traced, public PortTest {
 TEST_F(TraceTest, AFrameIsASpanOfTheClientsTraceWithItsStages) {
   const std::string headers =
       absl::StrCat(kTrace, "tracestate: a=1\r\ntracestate: b=2\r\nX-Request-Id: r1\r\n");
-  ASSERT_EQ(HttpClient(port_->port()).Get(kFrame, headers).code, 200);
+  ASSERT_EQ(HttpClient(port_->port()).Get(kTracedFrame, headers).code, 200);
   const std::vector<CollectedSpan> spans = EndedSpans();
-  const CollectedSpan call = trace::FindSpan(spans, kFrameRoute);
+  const CollectedSpan call = trace::FindSpan(spans, kTracedFrameRoute);
   EXPECT_EQ(call.trace_id, kTraceId);
   EXPECT_EQ(call.parent_id, kParentId);
   EXPECT_EQ(call.state, "a=1, b=2");
@@ -101,8 +101,8 @@ TEST_F(TraceTest, ProbesAndWhatNoMethodAnswersMakeNoSpans) {
   for (const char* target : {"/healthz", "/readyz", "/metrics", "/", "/nowhere", "/v1/stream"}) {
     client.Get(target, kTrace);
   }
-  EXPECT_EQ(client.Request("OPTIONS", kFrame, kTrace).code, 204);
-  EXPECT_EQ(client.Request("PUT", kFrame, kTrace).code, 405);
+  EXPECT_EQ(client.Request("OPTIONS", kTracedFrame, kTrace).code, 204);
+  EXPECT_EQ(client.Request("PUT", kTracedFrame, kTrace).code, 405);
   EXPECT_THAT(EndedSpans(), IsEmpty());
 }
 
@@ -129,11 +129,11 @@ TEST_F(TraceTest, AWebSocketIsOneSpanWithTheStagesOfItsFirstFrame) {
 
 TEST_F(TraceTest, WhatIsNotATraceparentIsIgnored) {
   HttpClient client(port_->port());
-  EXPECT_EQ(client.Get(kFrame, "traceparent: nonsense\r\n").code, 200);
-  EXPECT_EQ(client.Get(kFrame, absl::StrCat(kTrace, kTrace)).code, 200);
+  EXPECT_EQ(client.Get(kTracedFrame, "traceparent: nonsense\r\n").code, 200);
+  EXPECT_EQ(client.Get(kTracedFrame, absl::StrCat(kTrace, kTrace)).code, 200);
   int num_calls = 0;
   for (const CollectedSpan& span : EndedSpans()) {
-    if (span.name != kFrameRoute) continue;
+    if (span.name != kTracedFrameRoute) continue;
     ++num_calls;
     EXPECT_EQ(span.parent_id, "");
     EXPECT_NE(span.trace_id, kTraceId);
@@ -143,8 +143,8 @@ TEST_F(TraceTest, WhatIsNotATraceparentIsIgnored) {
 
 TEST_F(TraceTest, TheMetricsHaveTheCountsOfSpans) {
   HttpClient client(port_->port());
-  EXPECT_EQ(client.Get(kFrame, kTrace).code, 200);
-  collector.AwaitNames({kFrameRoute});
+  EXPECT_EQ(client.Get(kTracedFrame, kTrace).code, 200);
+  collector.AwaitNames({kTracedFrameRoute});
   const std::string text = MetricsText();
   EXPECT_THAT(text, testing::ContainsRegex("liquidblend_spans_exported_total [1-9]"));
   for (const char* reason : {"rate", "queue", "collector"}) {

@@ -17,7 +17,7 @@
 namespace liquidblend::cli {
 namespace {
 
-using testing::HasSubstr;
+using ::testing::HasSubstr;
 
 constexpr char kIntroduction[] =
     R"(# Registration options
