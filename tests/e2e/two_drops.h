@@ -16,8 +16,7 @@ namespace liquidblend::e2e {
 
 // name: A, B or MID.
 inline mesh::Animation LoadTwoDrops(const std::string& name, const parallel::Arena& arena) {
-  const auto files =
-      ingest::LoadDirectory(paths::Source("tests/data/two_drops/" + name));
+  const auto files = ingest::LoadDirectory(paths::Source("tests/data/two_drops/" + name));
   EXPECT_TRUE(files.ok()) << files.status();
   auto animation = ingest::ReadAnimation(name, ingest::Views(*files), {}, arena);
   EXPECT_TRUE(animation.ok()) << animation.status();

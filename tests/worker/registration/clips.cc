@@ -1,4 +1,3 @@
-#include "tests/paths.h"
 #include "tests/worker/registration/clips.h"
 
 #include <gtest/gtest.h>
@@ -9,6 +8,7 @@
 #include <map>
 #include <numbers>
 
+#include "tests/paths.h"
 #include "tests/synthetic/implicit.h"
 #include "tests/synthetic/shapes.h"
 #include "tests/synthetic/surface_distance.h"
