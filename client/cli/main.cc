@@ -1,4 +1,6 @@
 // The command `liquidblend`.
+#include <openssl/crypto.h>
+
 #include <CLI/CLI.hpp>
 #include <cstdio>
 #include <cstdlib>
@@ -128,6 +130,8 @@ bool ExplainUnknownCommand(const CLI::App& app) {
 int main(int argc, char** argv) {
   // No log of gRPC: the error says in one sentence why a connection fails.
   setenv("GRPC_VERBOSITY", "NONE", /*overwrite=*/0);
+  // Threads of gRPC that still try to connect use OpenSSL when the program ends: it frees nothing.
+  OPENSSL_init_crypto(OPENSSL_INIT_NO_ATEXIT, nullptr);
   CLI::App app("Blends registered liquid simulations: weights and a time in, a surface out.",
                "liquidblend");
   app.set_version_flag("--version", liquidblend::base::VersionLine("liquidblend"));
