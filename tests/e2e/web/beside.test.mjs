@@ -1,6 +1,6 @@
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
-import { baseUrl, family, newPage, openViewer, token } from './page.mjs';
+import { baseUrl, family, newPage, openViewer, token, waitForPanes } from './page.mjs';
 
 const headers = token ? { Authorization: `Bearer ${token}` } : {};
 const { source } = await (await fetch(`${baseUrl}/v1/families/${family}`, { headers })).json();
@@ -9,15 +9,6 @@ const skip = frame.status === 404 ? 'the server has no frames of animations' : f
 
 function panes(page) {
   return page.evaluate(() => globalThis.liquidblend?.panes ?? []);
-}
-
-async function until(page, condition) {
-  for (let tries = 0; tries < 300; ++tries) {
-    const now = await panes(page);
-    if (condition(now)) return now;
-    await page.waitForTimeout(50);
-  }
-  throw new Error(`${condition}: never, but ${JSON.stringify(await panes(page))}`);
 }
 
 const shown = (list) => list.length === 3 && list.every((pane) => pane.shown && pane.settled);
@@ -33,7 +24,7 @@ async function withThree(fields, check) {
       .getByRole('checkbox', { name: /^Target/ })
       .first()
       .check();
-    await until(page, shown);
+    await waitForPanes(page, shown);
     await check(page);
   } finally {
     await page.context().close();
@@ -50,10 +41,10 @@ test('ShowsInputsBesideTheBlend', { skip }, () =>
     assert.equal(first.lastShown.frameNumber, 13);
     assert.ok(Math.abs(second.lastShown.timeS - 0.5) < 1e-6);
     await page.keyboard.press('Escape');
-    await page.waitForTimeout(600);
+    await page.waitForURL(/beside=source,target/);
     const before = await page.locator('.panes').screenshot();
     await page.reload();
-    await until(page, shown);
+    await waitForPanes(page, shown);
     assert.ok(
       before.equals(await page.locator('.panes').screenshot()),
       'the pictures differ after a reload',
@@ -67,7 +58,7 @@ test('CouplesTimesAndCamerasUnlessToldNotTo', { skip }, () =>
     await page.keyboard.press('Escape');
     await time.first().focus();
     await time.first().press('PageUp');
-    await until(page, (list) =>
+    await waitForPanes(page, (list) =>
       list.every((pane) => Math.abs(pane.lastShown.timeS - 22 / 24) < 0.01),
     );
     await page.getByRole('button', { name: 'Side by side' }).click();
@@ -79,7 +70,7 @@ test('CouplesTimesAndCamerasUnlessToldNotTo', { skip }, () =>
     await time.nth(1).press('Home');
     await page.locator('canvas').nth(2).focus();
     await page.keyboard.press('ArrowLeft');
-    await until(page, (list) => list.some((pane) => pane.lastShown.timeS === 0) && shown(list));
+    await waitForPanes(page, (list) => list.some((pane) => pane.lastShown.timeS === 0) && shown(list));
     const times = (await panes(page)).map((pane) => pane.timeS).sort();
     assert.ok(times[0] === 0 && times[1] > 0.9 && times[2] > 0.9, `${times}`);
     await page.waitForURL(/cameras=own&times=own/);
@@ -91,7 +82,7 @@ test('InputsFollowTheBlendWhileItPlays', { skip }, () =>
   withThree({}, async (page) => {
     await page.keyboard.press('Escape');
     await page.getByRole('button', { name: 'Play' }).first().click();
-    await until(
+    await waitForPanes(
       page,
       ([blend, first, second]) =>
         blend.timeS > 1 && first.lastShown.timeS > 0.8 && second.lastShown.timeS > 0.8,
@@ -105,9 +96,9 @@ test('PlaysAnAnimationByItself', { skip }, async () => {
   const page = await newPage();
   try {
     await page.goto(`${baseUrl}/#view?animation=${source.split('/')[1]}&play=1&shade=plain`);
-    await until(page, ([pane]) => pane?.playing && pane.lastShown?.frameNumber > 10);
+    await waitForPanes(page, ([pane]) => pane?.playing && pane.lastShown?.frameNumber > 10);
     await page.getByRole('button', { name: 'Pause' }).click();
-    const [pane] = await until(page, ([now]) => !now.playing && now.settled);
+    const [pane] = await waitForPanes(page, ([now]) => !now.playing && now.settled);
     assert.equal(pane.connection, 'closed');
     assert.ok(Math.abs(pane.lastShown.timeS * 24 + 1 - pane.lastShown.frameNumber) < 0.01);
   } finally {

@@ -1,6 +1,6 @@
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
-import { counters, newPage, openViewer, waitFor } from './page.mjs';
+import { counters, newPage, openViewer, until, waitFor } from './page.mjs';
 
 test('ComesBackAfterALostConnection', async () => {
   const page = await newPage();
@@ -14,7 +14,7 @@ test('ComesBackAfterALostConnection', async () => {
     await waitFor(page, (pane) => pane.received > 20);
     const before = await counters(page);
     await sockets[0].close({ code: 4429, reason: 'too busy' });
-    await waitFor(page, (pane) => pane.connection !== 'open');
+    await until(() => sockets.length === 2);
     await waitFor(page, (pane) => pane.connection === 'open');
     const after = await waitFor(page, (pane) => pane.received > before.received + 20);
     assert.equal(sockets.length, 2);
@@ -56,7 +56,10 @@ test('GivesCreditForEachFrame', async () => {
     await waitFor(page, (pane) => pane.received > 60);
     await page.getByRole('button', { name: 'Pause' }).click();
     const { received } = await waitFor(page, (pane) => pane.connection === 'closed');
-    assert.ok(Math.abs(sent - received) <= 8, `${sent} messages for ${received} frames`);
+    await until(
+      () => Math.abs(sent - received) <= 8,
+      () => `${sent} messages for ${received} frames`,
+    );
   } finally {
     await page.context().close();
   }

@@ -80,6 +80,7 @@ test('CancelsTheDownloadOfAnAnimation', async () => {
     await dialog.getByRole('progressbar').waitFor();
     await dialog.getByRole('button', { name: 'Cancel' }).click();
     await dialog.getByRole('button', { name: 'Close' }).waitFor();
+    await page.waitForTimeout(500);  // until the last request is told
     const after = sent;
     await page.waitForTimeout(500);
     assert.equal(sent, after, 'no request after that');

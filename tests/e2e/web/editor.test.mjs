@@ -19,7 +19,7 @@ import {
   withEditor,
 } from './editor_page.mjs';
 import { api } from './library.mjs';
-import { slowness } from './page.mjs';
+import { drawn, slowness } from './page.mjs';
 
 let folder;
 
@@ -59,6 +59,7 @@ test('DraggedMarkersStayOnTheSurface', () =>
     await page.mouse.down();
     await page.mouse.move(box.x + box.width / 2 + 40, box.y + box.height / 2 + 12, { steps: 10 });
     await page.mouse.up();
+    await drawn(page);
     const { pairs } = await stored(page);
     assert.notDeepEqual(pairs[0].source.position, before.source.position);
     assert.deepEqual(pairs[0].target, before.target);
@@ -115,6 +116,7 @@ test('MarkersKeepTheirSizeAndFade', () =>
     const before = await mark.locator('.body').boundingBox();
     await canvas(page, 'source').focus();
     for (let i = 0; i < 4; ++i) await page.keyboard.press('+');
+    await drawn(page);
     const zoomed = await mark.locator('.body').boundingBox();
     assert.ok(Math.abs(zoomed.width - before.width) < 0.5);
     assert.notEqual(Math.round(zoomed.x), Math.round(before.x));
@@ -123,8 +125,10 @@ test('MarkersKeepTheirSizeAndFade', () =>
     await page.keyboard.press('Control+Shift+z');
     await click(page, 'source', ...places[3]);
     await page.getByLabel('Time of the source').press('End');
+    await drawn(page);
     assert.ok(Number(await mark.getAttribute('opacity')) < 0.5, 'far from the cursor in time');
     await page.getByLabel('Time of the source').press('Home');
+    await drawn(page);
     assert.equal(Number(await mark.getAttribute('opacity')), 1);
   }));
 
@@ -204,6 +208,7 @@ test('TrajectoriesAreDrawnThroughTime', () =>
     assert.ok(points.length >= 3, `${points}`);
     const start = await marker(page, 1, 'source').getAttribute('transform');
     for (let i = 0; i < 4; ++i) await page.keyboard.press('.');
+    await drawn(page);
     assert.notEqual(
       await marker(page, 1, 'source').getAttribute('transform'),
       start,

@@ -60,6 +60,7 @@ test('AutomaticPairsAreKeptPinnedOrDropped', () =>
     const { json } = await api(`/v1/families/${family}`);
     const automatic = json.reports[0].correspondences.filter((one) => one.automatic);
     const found = page.getByRole('list', { name: 'Found by the registration' });
+    await found.getByRole('listitem').nth(automatic.length - 1).waitFor();
     assert.equal(await found.getByRole('listitem').count(), automatic.length);
     await found
       .getByText(`confidence ${automatic[0].confidence.toFixed(2)}`)

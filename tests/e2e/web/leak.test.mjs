@@ -4,6 +4,7 @@ import { counters, newPage, openViewer, report, settled, slowness } from './page
 
 // LEAK_FRAMES=10000 is the whole test.
 const numFrames = Number(process.env.LEAK_FRAMES ?? 1000);
+const numWarmUp = Math.max(600, numFrames / 10);  // until the heap grows no more: by 25 %
 
 async function heapBytes(session) {
   await session.send('HeapProfiler.collectGarbage');
@@ -13,7 +14,7 @@ async function heapBytes(session) {
 
 async function untilShown(page, frames) {
   await page.waitForFunction((wanted) => globalThis.liquidblend.panes[0].shown >= wanted, frames, {
-    timeout: (20_000 + 500 * numFrames) * slowness,
+    timeout: (20_000 + 500 * (numWarmUp + numFrames)) * slowness,
     polling: 250,
   });
 }
@@ -23,7 +24,7 @@ test('KeepsItsMemory', async () => {
   try {
     await openViewer(page, { play: '1', shade: 'plain', rate: '2', level: '1' });
     const session = await page.context().newCDPSession(page);
-    await untilShown(page, (await counters(page)).shown + Math.max(200, numFrames / 10));
+    await untilShown(page, (await counters(page)).shown + numWarmUp);
     const before = await counters(page);
     const heapBefore = await heapBytes(session);
     await untilShown(page, before.shown + numFrames);

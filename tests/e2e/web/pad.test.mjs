@@ -1,7 +1,7 @@
 import assert from 'node:assert/strict';
 import { before, test } from 'node:test';
 import { api, ensurePadFamily, ensureSmoothFamily, ensureTetrahedron } from './library.mjs';
-import { counters, newPage, openViewer, settled, waitFor } from './page.mjs';
+import { counters, drawn, newPage, openViewer, settled, waitFor } from './page.mjs';
 
 let family;
 before(async () => {
@@ -48,6 +48,7 @@ async function drag(page, picture, points) {
   await page.mouse.down();
   for (const point of points.slice(1)) await page.mouse.move(...at(point), { steps: 8 });
   await page.mouse.up();
+  await drawn(page);
 }
 
 test('PadDrawsTheServersTriangles', () =>
@@ -85,13 +86,13 @@ test('PadAsksForTheServersWeights', () =>
     ]) {
       await drag(page, picture, [[0.45, 0.6], end]);
       await page.waitForURL(/[&?]p=/);
-      await page.waitForTimeout(500);
       const { state } = await page.evaluate(() => globalThis.liquidblend);
       const [width, place] = state.point;
       const expected = await serverWeights(`wall_width=${width},place=${place}`);
-      const { lastShown } = await settled(page);
-      lastShown.weights.forEach((weight, i) =>
-        assert.ok(Math.abs(weight - expected[i]) < 1e-6, `${lastShown.weights}`),
+      await waitFor(
+        page,
+        ({ settled, lastShown: { weights } }) =>
+          settled && weights.every((weight, i) => Math.abs(weight - expected[i]) < 1e-6),
       );
       state.weights.forEach((weight, i) =>
         assert.ok(Math.abs(weight - expected[i]) < 1e-6, `${state.weights}`),

@@ -7,8 +7,8 @@ export const baseUrl = process.env.BASE_URL.replace(/\/$/, '');
 export const token = process.env.TOKEN ?? '';
 export const family = process.env.FAMILY ?? 'two_drops';
 
-/** How many times as long as usual a test waits; more where programs under a sanitizer are slow. */
-export const slowness = Math.max(1, Number(process.env.LIQUIDBLEND_E2E_PATIENCE ?? 60) / 60);
+/** How many times as long as on an idle machine a test waits, as the other end-to-end tests do. */
+export const slowness = Math.max(180, Number(process.env.LIQUIDBLEND_E2E_PATIENCE ?? 0)) / 60;
 
 let browser;
 
@@ -82,15 +82,48 @@ export function counters(page) {
   });
 }
 
-/** Waits until a condition on the counters of the picture in front holds. */
-export async function waitFor(page, condition) {
+/** Waits until a condition returns something, and returns that. `tell`: what never happened. */
+export async function until(condition, tell = () => `${condition}`) {
   const end = Date.now() + 20_000 * slowness;
   for (;;) {
-    const pane = await page.evaluate(() => globalThis.liquidblend?.panes[0]);
-    if (pane && condition(pane)) return pane;
-    if (Date.now() > end) throw new Error(`${condition}: never, but ${JSON.stringify(pane)}`);
+    const found = await condition();
+    if (found) return found;
+    if (Date.now() > end) throw new Error(`never: ${tell()}`);
     await new Promise((resolve) => setTimeout(resolve, 30));
   }
+}
+
+/** Waits until a condition on the counters of all pictures holds. */
+export async function waitForPanes(page, condition) {
+  let panes;
+  await until(
+    async () => {
+      panes = await page.evaluate(() => globalThis.liquidblend?.panes ?? []);
+      return condition(panes);
+    },
+    () => `${condition}, but ${JSON.stringify(panes)}`,
+  );
+  return panes;
+}
+
+/** Waits until a condition on the counters of the picture in front holds. */
+export async function waitFor(page, condition) {
+  let pane;
+  await until(
+    async () => {
+      pane = await page.evaluate(() => globalThis.liquidblend?.panes[0]);
+      return pane && condition(pane);
+    },
+    () => `${condition}, but ${JSON.stringify(pane)}`,
+  );
+  return pane;
+}
+
+/** Waits until what input changed is on the page: it may be put off to the next animation frame. */
+export function drawn(page) {
+  return page.evaluate(
+    () => new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done))),
+  );
 }
 
 /** Waits until nothing moves and the picture is as fine as it gets. */

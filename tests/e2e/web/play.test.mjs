@@ -1,6 +1,15 @@
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
-import { assertTime, counters, newPage, openViewer, report, sizeCanvas, waitFor } from './page.mjs';
+import {
+  assertTime,
+  counters,
+  newPage,
+  openViewer,
+  report,
+  sizeCanvas,
+  until,
+  waitFor,
+} from './page.mjs';
 
 const seconds = 5;
 
@@ -103,23 +112,24 @@ test('LoopsARange', async () => {
       t: '0.5',
     });
     const begin = await counters(page);
-    const times = await page.evaluate(async () => {
-      const seen = [];
-      const end = performance.now() + 3000;
-      while (performance.now() < end) {
-        await new Promise(requestAnimationFrame);
-        seen.push(globalThis.liquidblend.panes[0].lastShown.timeS);
-      }
-      return seen;
+    await page.evaluate(() => {
+      const times = (globalThis.times = []);
+      const look = () => {
+        times.push(globalThis.liquidblend.panes[0].lastShown.timeS);
+        requestAnimationFrame(look);
+      };
+      look();
     });
-    const after = await counters(page);
-    assert.ok(after.shown > begin.shown + 10);
+    await waitFor(page, (pane) => pane.shown > begin.shown + 10);
+    const times = await until(async () => {
+      const seen = await page.evaluate(() => globalThis.times);
+      const numWraps = seen.filter((time, index) => index && time < seen[index - 1]).length;
+      return numWraps >= 3 && seen;
+    });
     assert.ok(
       Math.min(...times) >= 0.499 && Math.max(...times) <= 0.801,
       `${Math.min(...times)} to ${Math.max(...times)}`,
     );
-    const wraps = times.filter((time, index) => index && time < times[index - 1]).length;
-    assert.ok(wraps >= 2, `${wraps} wraps`);
   } finally {
     await page.context().close();
   }
@@ -131,7 +141,7 @@ test('StopsAtTheEndOfAnAnimationThatIsPlayedOnce', async () => {
     await openViewer(page, { play: '1', loop: 'off', rate: '4', shade: 'plain' });
     const end = await waitFor(page, (pane) => !pane.playing && pane.settled && pane.timeS > 2.9);
     await page.getByRole('button', { name: 'Play' }).click();
-    await waitFor(page, (pane) => pane.received > end.received + 10);
+    await waitFor(page, (pane) => pane.received > end.received);
   } finally {
     await page.context().close();
   }

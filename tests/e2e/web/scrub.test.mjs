@@ -83,10 +83,10 @@ test('PlaysOnFromWhereTheThumbWasLeft', () =>
   scrubWhile({ play: '1' }, async (page, slider, counts) => {
     const before = await counters(page);
     assert.equal(before.playing, true);
-    await waitFor(page, (pane) => pane.connection === 'open' && pane.playing);
-    await page.waitForTimeout(500);
-    const after = await counters(page);
-    assert.ok(after.received > before.received);
+    const after = await waitFor(
+      page,
+      (pane) => pane.connection === 'open' && pane.playing && pane.received > before.received,
+    );
     assert.equal(after.orderViolations, 0);
     assert.ok(counts.most <= 2, `${counts.most} requests at a time`);
   }));
@@ -98,7 +98,7 @@ test('HoldsThePlaybackWhileTheThumbIsHeld', async () => {
     const box = await page.getByRole('slider', { name: /^Time of/ }).boundingBox();
     await page.mouse.move(box.x + box.width / 2, box.y + box.height / 2);
     await page.mouse.down();
-    await page.waitForTimeout(300);
+    await waitFor(page, (pane) => pane.connection === 'closed');
     const slider = page.getByRole('slider', { name: /^Time of/ });
     const held = await slider.inputValue();
     await page.waitForTimeout(700);

@@ -32,7 +32,7 @@ for (const shade of ['liquid', 'plain']) {
       await waitFor(page, ({ lastShown }) => lastShown?.hasRestPositions);
       const before = await picture(page);
       assert.ok(!before.equals(withoutPattern), 'the pattern is not seen');
-      await page.waitForTimeout(600);
+      await page.waitForURL(/pattern=1/);
       const url = page.url();
       await page.reload();
       await page.waitForFunction(() => globalThis.liquidblend?.panes[0]?.shown > 0);
@@ -53,7 +53,7 @@ test('ALinkGivesTheSamePicture', async () => {
   try {
     await openViewer(first, { t: '0.75', w: '0.5', shade: 'plain' });
     await first.getByRole('button', { name: 'Use the dark theme' }).click();
-    await first.waitForTimeout(600);
+    await first.waitForURL(/theme=dark/);
     const expected = await picture(first);
     await second.goto(first.url());
     await second.waitForFunction(() => globalThis.liquidblend?.panes[0]?.shown > 0);
