@@ -363,6 +363,33 @@ class ResumedJobTest : public CheckpointsTest {
     worker.join();
   }
 
+  // Saves none but when the worker is asked to stop.
+  static CheckpointOptions OnlyAtStop() {
+    CheckpointOptions options;
+    options.interval = absl::Hours(1);
+    options.patience = absl::Seconds(10);
+    return options;
+  }
+
+  // Submits a registration and stops its worker in mid-work, once `is_enough`. Returns the job.
+  // A registration can be done before its worker is asked to stop; then another one is submitted.
+  std::string StopMidway(const std::vector<std::string>& targets,
+                         const std::function<bool(const std::string& job)>& is_enough) {
+    for (int n = 0; n < 20; ++n) {
+      const std::string job = SubmitLong(targets);
+      const auto is_done = [&] { return Job(job).state() == JobRecord::SUCCEEDED; };
+      WorkUntil([&] { return is_done() || is_enough(job); }, OnlyAtStop());
+      if (!is_done()) return job;
+    }
+    ADD_FAILURE() << "each was done before its worker was stopped";
+    return "";
+  }
+
+  std::string StopMidway() {
+    return StopMidway(
+        {"slow"}, [this](const std::string& job) { return Job(job).progress().iteration() >= 3; });
+  }
+
   std::string LongBlob() { return catalog_->GetFamily("long")->blob(); }
 };
 
@@ -373,13 +400,9 @@ TEST_F(ResumedJobTest, AStoppedWorkersRegistrationGoesOnToTheSameBytes) {
   const std::string expected = LongBlob();
   const size_t num_blobs = NumBlobs();
 
-  const std::string job = SubmitLong({"slow"});
-  CheckpointOptions never;  // but when it is asked to stop
-  never.interval = absl::Hours(1);
-  never.patience = absl::Seconds(10);
-  WorkUntil([&] { return Job(job).progress().iteration() >= 3; }, never);
+  const std::string job = StopMidway();
   const JobRecord stopped = Job(job);
-  ASSERT_EQ(stopped.state(), JobRecord::QUEUED) << "enough iterations for it to be in mid-work";
+  ASSERT_EQ(stopped.state(), JobRecord::QUEUED);
   EXPECT_EQ(stopped.attempts(), 0);
   ASSERT_NE(stopped.checkpoint_blob(), "");
   EXPECT_EQ(NumBlobs(), num_blobs + 1);
@@ -398,15 +421,15 @@ TEST_F(ResumedJobTest, ChildrenGoOnByThemselves) {
   SubmitLong({"slow", "fast"});
   ASSERT_THAT(Work(), Succeeds());
   const std::string expected = LongBlob();
-  const std::string job = SubmitLong({"slow", "fast"});
-  const auto child = [&](int k) { return (*catalog_->ListChildren(job))[k]; };
-  CheckpointOptions never;
-  never.interval = absl::Hours(1);
-  never.patience = absl::Seconds(10);
-  WorkUntil([&] { return child(1).progress().iteration() >= 3; }, never);
-  EXPECT_EQ(child(0).state(), JobRecord::SUCCEEDED);
-  EXPECT_EQ(child(0).checkpoint_blob(), "");
-  ASSERT_NE(child(1).checkpoint_blob(), "");
+  const std::string job = StopMidway({"slow", "fast"}, [this](const std::string& parent) {
+    const std::vector<JobRecord> children = *catalog_->ListChildren(parent);
+    return children.size() == 2 && children[1].progress().iteration() >= 3;
+  });
+  const std::vector<JobRecord> stopped = *catalog_->ListChildren(job);
+  ASSERT_EQ(stopped.size(), 2);
+  EXPECT_EQ(stopped[0].state(), JobRecord::SUCCEEDED);
+  EXPECT_EQ(stopped[0].checkpoint_blob(), "");
+  ASSERT_NE(stopped[1].checkpoint_blob(), "");
   int resumed = 0;
   blobs_.on_open = [&] {
     const std::vector<JobRecord> children = *catalog_->ListChildren(job);
@@ -445,10 +468,7 @@ TEST_F(ResumedJobTest, AWorkerThatIsStoppedWhileOtherPairingsAreTriedLeavesOneBe
   ASSERT_EQ(catalog_->GetFamily("long")->manifest().reports(0).hypotheses_size(), 2);
 
   const std::string job = submit();
-  CheckpointOptions never;  // but when it is asked to stop
-  never.interval = absl::Hours(1);
-  never.patience = absl::Seconds(10);
-  WorkUntil([&] { return Job(job).progress().stage() == "projection"; }, never);
+  WorkUntil([&] { return Job(job).progress().stage() == "projection"; }, OnlyAtStop());
   // Two workers are stopped in the next pairing.
   int iteration = 0;
   for (int n = 0; n < 2; ++n) {
@@ -457,7 +477,7 @@ TEST_F(ResumedJobTest, AWorkerThatIsStoppedWhileOtherPairingsAreTriedLeavesOneBe
           const int now = Job(job).progress().iteration();
           return now >= iteration + 2 && now < kManyIterations;
         },
-        never);
+        OnlyAtStop());
     ASSERT_EQ(Job(job).state(), JobRecord::QUEUED) << "enough iterations to be in mid-work";
     EXPECT_EQ(Job(job).handed_back_in_vain(), 0);
     const auto left = ReadCheckpoint(**blobs_.Open(Job(job).checkpoint_blob()), "checkpoint");
@@ -474,11 +494,7 @@ TEST_F(ResumedJobTest, AWorkerThatIsStoppedWhileOtherPairingsAreTriedLeavesOneBe
 
 TEST_F(ResumedJobTest, ACheckpointOfOtherInputsIsNotGoneOnFrom) {
   ASSERT_THAT(Work(), Succeeds());
-  const std::string job = SubmitLong({"slow"});
-  CheckpointOptions never;
-  never.interval = absl::Hours(1);
-  never.patience = absl::Seconds(10);
-  WorkUntil([&] { return Job(job).progress().iteration() >= 3; }, never);
+  const std::string job = StopMidway();
   const std::string checkpoint = Job(job).checkpoint_blob();
   ASSERT_NE(checkpoint, "");
   const std::shared_ptr<const store::Blob> bytes = *blobs_.Open(checkpoint);
@@ -506,11 +522,7 @@ TEST_F(ResumedJobTest, ACheckpointOfOtherInputsIsNotGoneOnFrom) {
 
 TEST_F(ResumedJobTest, AStateThatDoesNotFitIsNotGoneOnFrom) {
   ASSERT_THAT(Work(), Succeeds());
-  const std::string job = SubmitLong({"slow"});
-  CheckpointOptions never;
-  never.interval = absl::Hours(1);
-  never.patience = absl::Seconds(10);
-  WorkUntil([&] { return Job(job).progress().iteration() >= 3; }, never);
+  const std::string job = StopMidway();
   auto checkpoint = ReadCheckpoint(**blobs_.Open(Job(job).checkpoint_blob()), "checkpoint");
   ASSERT_THAT(checkpoint, Succeeds());
   std::get<IterationState>(checkpoint->state).maps.pop_back();
