@@ -363,7 +363,7 @@ class ResumedJobTest : public CheckpointsTest {
     worker.join();
   }
 
-  // Saves none but when the worker is asked to stop.
+  // Of a worker that saves one only when it is asked to stop.
   static CheckpointOptions OnlyAtStop() {
     CheckpointOptions options;
     options.interval = absl::Hours(1);
