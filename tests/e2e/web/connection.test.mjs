@@ -45,21 +45,24 @@ test('GivesCreditForEachFrame', async () => {
   const page = await newPage();
   try {
     let sent = 0;
+    let isClosed = false;  // after the last message
     await page.routeWebSocket(/\/v1\/stream/, (socket) => {
       const server = socket.connectToServer();
       socket.onMessage((message) => {
         ++sent;
         server.send(message);
       });
+      socket.onClose((code, reason) => {
+        isClosed = true;
+        server.close({ code, reason });
+      });
     });
     await openViewer(page, { play: '1', shade: 'plain' });
     await waitFor(page, (pane) => pane.received > 60);
     await page.getByRole('button', { name: 'Pause' }).click();
     const { received } = await waitFor(page, (pane) => pane.connection === 'closed');
-    await until(
-      () => Math.abs(sent - received) <= 8,
-      () => `${sent} messages for ${received} frames`,
-    );
+    await until(() => isClosed);
+    assert.ok(Math.abs(sent - received) <= 8, `${sent} messages for ${received} frames`);
   } finally {
     await page.context().close();
   }

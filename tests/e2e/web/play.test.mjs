@@ -101,6 +101,18 @@ test('FollowsTheWeightsThatWereAskedFor', async () => {
   }
 });
 
+/** Keeps the time of the shown frame in each animation frame from now on, in `times`. */
+function recordTimes(page) {
+  return page.evaluate(() => {
+    const times = (globalThis.times = []);
+    const look = () => {
+      times.push(globalThis.liquidblend.panes[0].lastShown.timeS);
+      requestAnimationFrame(look);
+    };
+    look();
+  });
+}
+
 test('LoopsARange', async () => {
   const page = await newPage();
   try {
@@ -112,14 +124,7 @@ test('LoopsARange', async () => {
       t: '0.5',
     });
     const begin = await counters(page);
-    await page.evaluate(() => {
-      const times = (globalThis.times = []);
-      const look = () => {
-        times.push(globalThis.liquidblend.panes[0].lastShown.timeS);
-        requestAnimationFrame(look);
-      };
-      look();
-    });
+    await recordTimes(page);
     await waitFor(page, (pane) => pane.shown > begin.shown + 10);
     const times = await until(async () => {
       const seen = await page.evaluate(() => globalThis.times);
@@ -140,8 +145,10 @@ test('StopsAtTheEndOfAnAnimationThatIsPlayedOnce', async () => {
   try {
     await openViewer(page, { play: '1', loop: 'off', rate: '4', shade: 'plain' });
     const end = await waitFor(page, (pane) => !pane.playing && pane.settled && pane.timeS > 2.9);
+    await recordTimes(page);
     await page.getByRole('button', { name: 'Play' }).click();
     await waitFor(page, (pane) => pane.received > end.received);
+    await until(() => page.evaluate(() => globalThis.times.some((timeS) => timeS < 2)));
   } finally {
     await page.context().close();
   }
