@@ -1,15 +1,11 @@
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
-import { baseUrl, family, newPage, openViewer, token, waitForPanes } from './page.mjs';
+import { baseUrl, family, newPage, openViewer, panes, token, waitForPanes } from './page.mjs';
 
 const headers = token ? { Authorization: `Bearer ${token}` } : {};
 const { source } = await (await fetch(`${baseUrl}/v1/families/${family}`, { headers })).json();
 const frame = await fetch(`${baseUrl}/v1/${source}/frame.drc?frameNumber=1`, { headers });
 const skip = frame.status === 404 ? 'the server has no frames of animations' : false;
-
-function panes(page) {
-  return page.evaluate(() => globalThis.liquidblend?.panes ?? []);
-}
 
 const shown = (list) => list.length === 3 && list.every((pane) => pane.shown && pane.settled);
 
@@ -70,7 +66,10 @@ test('CouplesTimesAndCamerasUnlessToldNotTo', { skip }, () =>
     await time.nth(1).press('Home');
     await page.locator('canvas').nth(2).focus();
     await page.keyboard.press('ArrowLeft');
-    await waitForPanes(page, (list) => list.some((pane) => pane.lastShown.timeS === 0) && shown(list));
+    await waitForPanes(
+      page,
+      (list) => list.some((pane) => pane.lastShown.timeS === 0) && shown(list),
+    );
     const times = (await panes(page)).map((pane) => pane.timeS).sort();
     assert.ok(times[0] === 0 && times[1] > 0.9 && times[2] > 0.9, `${times}`);
     await page.waitForURL(/cameras=own&times=own/);

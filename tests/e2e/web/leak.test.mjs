@@ -4,7 +4,7 @@ import { counters, newPage, openViewer, report, settled, slowness } from './page
 
 // LEAK_FRAMES=10000 is the whole test.
 const numFrames = Number(process.env.LEAK_FRAMES ?? 1000);
-const numWarmUp = Math.max(600, numFrames / 10);  // until the heap grows no more: by 25 %
+const numWarmUp = Math.max(600, numFrames / 10);  // until the heap has stopped growing
 
 async function heapBytes(session) {
   await session.send('HeapProfiler.collectGarbage');

@@ -93,29 +93,24 @@ export async function until(condition, tell = () => `${condition}`) {
   }
 }
 
-/** Waits until a condition on the counters of all pictures holds. */
-export async function waitForPanes(page, condition) {
-  let panes;
+/** The counters of all pictures. */
+export function panes(page) {
+  return page.evaluate(() => globalThis.liquidblend?.panes ?? []);
+}
+
+/** Waits until a condition on the counters of all pictures holds. `text`: of it, for errors. */
+export async function waitForPanes(page, condition, text = condition) {
+  let list;
   await until(
-    async () => {
-      panes = await page.evaluate(() => globalThis.liquidblend?.panes ?? []);
-      return condition(panes);
-    },
-    () => `${condition}, but ${JSON.stringify(panes)}`,
+    async () => condition((list = await panes(page))),
+    () => `${text}, but ${JSON.stringify(list)}`,
   );
-  return panes;
+  return list;
 }
 
 /** Waits until a condition on the counters of the picture in front holds. */
 export async function waitFor(page, condition) {
-  let pane;
-  await until(
-    async () => {
-      pane = await page.evaluate(() => globalThis.liquidblend?.panes[0]);
-      return pane && condition(pane);
-    },
-    () => `${condition}, but ${JSON.stringify(pane)}`,
-  );
+  const [pane] = await waitForPanes(page, ([first]) => first && condition(first), condition);
   return pane;
 }
 
