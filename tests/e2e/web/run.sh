@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # Runs the browser tests of the page, and those of exported files.
-# Those of tokens need a server of their own; they follow if no test is named.
+# Those of tokens need a server of their own; they run if `token` alone or no test is named.
 #   tests/e2e/web/run.sh [--server DIRECTORY] [TEST..]     such as: play scrub; default all
 #   --server DIRECTORY   that of `server.sh start DIRECTORY`; without, a server of their own
 # BUILD: the build folder (default build/release); LIQUIDBLEND_BINARY_DIR: other programs than its.

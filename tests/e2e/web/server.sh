@@ -17,17 +17,19 @@ case $command in
   *) refuse "unknown command: $command" ;;
 esac
 root=$(cd "$(dirname "$0")/../../.." && pwd)
-bin=${LIQUIDBLEND_BINARY_DIR:-${BUILD:-$root/build/release}/bin}
+bin=$(cd "${LIQUIDBLEND_BINARY_DIR:-${BUILD:-$root/build/release}/bin}" && pwd)
 mkdir -p "$2"
-directory=$(cd "$2" && pwd)
+work=$(cd "$2" && pwd)
 shift 2
+cd "$root"
+. tests/servers.sh
 
 # end_server: ends the server of the directory, if one runs.
 end_server() {
   local pid
-  pid=$(cat "$directory/server.pid" 2>/dev/null) || return 0
-  rm -f "$directory/server.pid"
-  grep -qa -e "$directory/store" "/proc/$pid/cmdline" 2>/dev/null || return 0  # gone, or not ours
+  pid=$(cat "$work/server.pid" 2>/dev/null) || return 0
+  rm -f "$work/server.pid"
+  grep -qa -e "$work/store" "/proc/$pid/cmdline" 2>/dev/null || return 0  # gone, or not ours
   kill "$pid" 2>/dev/null || return 0
   for _ in $(seq 600); do  # a sanitizer looks for leaks at the end
     grep -qs '^State:[[:space:]]*[^Z]' "/proc/$pid/status" || return 0  # gone, or a zombie
@@ -38,28 +40,24 @@ end_server() {
 
 # begin_server [ARGUMENT..]
 begin_server() {
-  setsid "$bin/liquidblend-server" --data "$directory/store" --listen 127.0.0.1:0 \
-    --http 127.0.0.1:0 --workers 1 --verbose "$@" \
-    </dev/null >"$directory/server.out" 2>"$directory/server.log" &
-  local pid=$!
-  echo "$pid" >"$directory/server.pid"
-  until grep -q '^http on ' "$directory/server.out"; do
-    kill -0 "$pid" 2>/dev/null || { cat "$directory/server.log" >&2; exit 1; }
+  trap 'echo "$server_pid" >"$work/server.pid"' EXIT  # also of one that does not start in time
+  start_server "$bin/liquidblend-server" --data "$work/store" --http 127.0.0.1:0 --verbose "$@"
+  until grep -q '^http on ' "$work/server.out"; do
+    kill -0 "$server_pid" 2>/dev/null || { cat "$work/server.log" >&2; exit 1; }
     sleep 0.1
   done
-  sed -n -e 's/^listening on /LIQUIDBLEND_SERVER=/p' -e 's|^http on |BASE_URL=http://|p' \
-    "$directory/server.out" >"$directory/page.env"
+  export LIQUIDBLEND_SERVER=$server
+  printf 'LIQUIDBLEND_SERVER=%s\nBASE_URL=http://%s\n' "$server" \
+    "$(sed -n 's/^http on //p' "$work/server.out")" >"$work/page.env"
 }
 
 start() {
   stop  # what an interrupted run has left
-  mkdir -p "$directory"
+  mkdir -p "$work"
   begin_server
-  LIQUIDBLEND_SERVER=$(sed -n 's/^LIQUIDBLEND_SERVER=//p' "$directory/page.env")
-  export LIQUIDBLEND_SERVER
   local input
   for input in A B; do
-    "$bin/liquidblend" import "drops_${input,}" "$root/tests/data/two_drops/$input"
+    "$bin/liquidblend" import "drops_${input,}" "tests/data/two_drops/$input"
   done
   "$bin/liquidblend" register two_drops --source drops_a --target drops_b --iterations 4 --wait
 }
@@ -71,7 +69,7 @@ restart() {
 
 stop() {
   end_server
-  rm -rf "$directory"
+  rm -rf "$work"
 }
 
 "$command" "$@"
