@@ -363,7 +363,7 @@ class ResumedJobTest : public CheckpointsTest {
     worker.join();
   }
 
-  // Of a worker that saves one only when it is asked to stop.
+  // Options of a worker that saves a checkpoint only when it is asked to stop.
   static CheckpointOptions OnlyAtStop() {
     CheckpointOptions options;
     options.interval = absl::Hours(1);
