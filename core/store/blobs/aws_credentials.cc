@@ -12,7 +12,6 @@
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_split.h"
 #include "absl/strings/strip.h"
-#include "absl/time/clock.h"
 #include "core/base/log.h"
 #include "core/base/status_macros.h"
 
@@ -123,8 +122,9 @@ absl::StatusOr<std::optional<FoundCredentials>> CredentialsFromFile() {
       absl::StrCat("credentials file ", path, " has no key in its section '", profile, "'"));
 }
 
-AwsCredentialsProvider::AwsCredentialsProvider(AwsCredentials given)
-    : given_(std::move(given)), http_(kEndpointOptions) {}
+AwsCredentialsProvider::AwsCredentialsProvider(AwsCredentials given,
+                                               std::function<absl::Time()> now)
+    : given_(std::move(given)), now_(std::move(now)), http_(kEndpointOptions) {}
 
 absl::StatusOr<FoundCredentials> AwsCredentialsProvider::Read() {
   if (!given_.access_key_id.empty()) return FoundCredentials{.credentials = given_};
@@ -141,7 +141,7 @@ absl::StatusOr<FoundCredentials> AwsCredentialsProvider::Read() {
 
 absl::Status AwsCredentialsProvider::Update() {
   absl::StatusOr<FoundCredentials> found = Read();
-  read_at_ = absl::Now();  // afterwards: an endpoint may take longer to fail than kReadInterval
+  read_at_ = now_();  // afterwards: an endpoint may take longer to fail than kReadInterval
   read_error_ = found.status();
   if (found.ok()) current_ = *std::move(found);
   return read_error_;
@@ -149,7 +149,7 @@ absl::Status AwsCredentialsProvider::Update() {
 
 absl::StatusOr<AwsCredentials> AwsCredentialsProvider::Get() {
   const absl::MutexLock lock(&mutex_);
-  const absl::Time now = absl::Now();
+  const absl::Time now = now_();
   const bool is_due = !current_.has_value() || now > current_->expires - kRenewBefore;
   const bool may_wait = current_.has_value() && now < current_->expires &&
                         absl::AbsDuration(now - read_at_) < kReadInterval;
@@ -168,9 +168,9 @@ absl::StatusOr<AwsCredentials> AwsCredentialsProvider::Get() {
 bool AwsCredentialsProvider::Renew(const AwsCredentials& refused) {
   const absl::MutexLock lock(&mutex_);
   if (current_.has_value() && !IsSame(current_->credentials, refused)) return true;
-  if (absl::AbsDuration(absl::Now() - renewed_at_) < kReadInterval) return false;
+  if (absl::AbsDuration(now_() - renewed_at_) < kReadInterval) return false;
   const absl::Status updated = Update();
-  renewed_at_ = absl::Now();
+  renewed_at_ = now_();
   if (!updated.ok()) {
     base::LogWarning(absl::StrCat("credentials for S3: ", updated.ToString()));
     return false;

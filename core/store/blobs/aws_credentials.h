@@ -1,12 +1,14 @@
 // Credentials for S3: their sources and renewal.
 #pragma once
 
+#include <functional>
 #include <optional>
 #include <string>
 
 #include "absl/base/thread_annotations.h"
 #include "absl/status/statusor.h"
 #include "absl/synchronization/mutex.h"
+#include "absl/time/clock.h"
 #include "absl/time/time.h"
 #include "core/store/blobs/aws_signer.h"
 #include "core/store/blobs/http_client.h"
@@ -48,8 +50,10 @@ absl::StatusOr<std::optional<FoundCredentials>> CredentialsFromInstance(HttpClie
 // Threads: safe; calls wait while another one reads a source.
 class AwsCredentialsProvider {
  public:
-  // `given` with an empty access_key_id: there are none.
-  explicit AwsCredentialsProvider(AwsCredentials given);
+  //   given  with an empty access_key_id: there are none
+  //   now    the clock; called by any thread
+  explicit AwsCredentialsProvider(AwsCredentials given,
+                                  std::function<absl::Time()> now = absl::Now);
 
   // Returns credentials that are valid now. Temporary ones are renewed from five minutes before
   // they expire on; while that fails, the old ones are used up to their end. Errors:
@@ -67,6 +71,7 @@ class AwsCredentialsProvider {
   absl::Status Update() ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
 
   const AwsCredentials given_;
+  const std::function<absl::Time()> now_;
   HttpClient http_;
   absl::Mutex mutex_;
   std::optional<FoundCredentials> current_ ABSL_GUARDED_BY(mutex_);

@@ -57,6 +57,7 @@ class AwsCredentialsTest : public ::testing::Test {
   }
 
   TemporaryFolder folder_;
+  absl::Time now_ = absl::Now();  // clock of the providers that take one
 };
 
 TEST_F(AwsCredentialsTest, TheFirstSourceThatHasSomeIsTaken) {
@@ -104,7 +105,7 @@ TEST_F(AwsCredentialsTest, AFileIsReadAgainWhenItsKeyIsRefusedButNotInAStorm) {
           "[default]\naws_access_key_id=" + id + "\naws_secret_access_key=hush\n");
   };
   write("old");
-  AwsCredentialsProvider provider({});
+  AwsCredentialsProvider provider({}, [this] { return now_; });
   const AwsCredentials old = *provider.Get();
   write("new");
   EXPECT_EQ(KeyId(provider), "old");  // as long as nobody refuses it
@@ -113,10 +114,11 @@ TEST_F(AwsCredentialsTest, AFileIsReadAgainWhenItsKeyIsRefusedButNotInAStorm) {
   EXPECT_TRUE(provider.Renew(old));  // another request with the old one, refused meanwhile
   const AwsCredentials current = *provider.Get();
   write("newest");
+  now_ += absl::Milliseconds(999);
   EXPECT_FALSE(provider.Renew(current));  // read for a refusal less than a second ago
-  absl::SleepFor(absl::Milliseconds(1100));
+  now_ += absl::Milliseconds(1);
   EXPECT_TRUE(provider.Renew(current));
-  absl::SleepFor(absl::Milliseconds(1100));
+  now_ += absl::Seconds(1);
   EXPECT_FALSE(provider.Renew(*provider.Get()));  // nothing newer
 }
 
@@ -233,16 +235,17 @@ TEST_F(AwsCredentialsTest, TemporaryOnesAreRenewedBeforeTheyExpire) {
   bool is_away = false;
   HttpFake http([&](const HttpFake::Request&) -> HttpFake::Answer {
     if (is_away) return {503, "hush"};
-    return {200, JsonOf(absl::StrCat("key ", ++num_given), absl::Now() + absl::Minutes(4))};
+    return {200, JsonOf(absl::StrCat("key ", ++num_given), now_ + absl::Minutes(4))};
   });
   Set("AWS_CONTAINER_CREDENTIALS_FULL_URI", http.url());
-  AwsCredentialsProvider provider({});
+  AwsCredentialsProvider provider({}, [this] { return now_; });
   EXPECT_EQ(KeyId(provider), "key 1");
+  now_ += absl::Milliseconds(999);
   EXPECT_EQ(KeyId(provider), "key 1");  // it was read less than a second ago
-  absl::SleepFor(absl::Milliseconds(1100));
+  now_ += absl::Milliseconds(1);
   EXPECT_EQ(KeyId(provider), "key 2");
   is_away = true;
-  absl::SleepFor(absl::Milliseconds(1100));
+  now_ += absl::Seconds(1);
   EXPECT_EQ(KeyId(provider), "key 2");  // still good
 }
 
