@@ -17,7 +17,7 @@ namespace {
 
 constexpr size_t kPageSize = 3;  // small, so that there are several
 constexpr absl::Duration kDripPause = absl::Milliseconds(50);
-constexpr size_t kNumSpaces = 20;
+constexpr size_t kNumSpaces = 80;
 constexpr size_t kLongBodyBytes = size_t{17} << 20;
 constexpr int kNumHeaders = 1024;
 constexpr size_t kHeaderBytes = 1024;

@@ -38,7 +38,7 @@ class FakeS3 {
     kRedirect,        // 301, to another region
     kWrongRegion,     // 400 AuthorizationHeaderMalformed
     kDrip,            // one byte of the body after another, until StopHanging()
-    kSpaces,          // 20 spaces, one after another, before the body
+    kSpaces,          // spaces, one after another for four seconds, before the body
     kLongBody,        // 17 MiB of spaces behind the body
     kManyHeaders,     // 1 MiB of them
   };

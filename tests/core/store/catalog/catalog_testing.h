@@ -60,6 +60,7 @@ class CatalogSuite : public ::testing::TestWithParam<std::unique_ptr<CatalogBack
 
   CatalogOptions Options() {
     CatalogOptions options;
+    options.busy_timeout = absl::Minutes(1);
     options.retry.max_attempts = 3;
     options.retry.random = [this] { return random_; };
     options.now = [this] { return now_; };

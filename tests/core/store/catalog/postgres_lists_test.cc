@@ -78,23 +78,23 @@ TEST_F(PostgresListsTest, FindsAPageOfRecordsByAnIndex) {
               HasSubstr("jobs_unfinished_by_subject"));
 }
 
-// Reading a record takes 10 ms here, so that all of them take longer than a statement may.
+// Reading a record takes 30 ms here, so that all of them take longer than a statement may.
 TEST_F(PostgresListsTest, InspectsACatalogThatTakesLongerThanAStatementMay) {
   constexpr int kNumJobs = 100;
   CatalogOptions options;
-  options.busy_timeout = absl::Milliseconds(600);
-  const auto catalog = MustOpen(options);
+  options.busy_timeout = absl::Seconds(2);
   CatalogContents contents;
   for (int k = 0; k < kNumJobs; ++k) {
     contents.jobs.push_back(ImportOf(absl::StrCat("a", k)));
     contents.jobs.back().set_id(absl::StrCat("job-", k));
     contents.jobs.back().set_state(pb::JobRecord::CANCELLED);
   }
-  ASSERT_THAT(catalog->Import(contents), Succeeds());
+  ASSERT_THAT(MustOpen()->Import(contents), Succeeds());
+  const auto catalog = MustOpen(options);
   RunScript(
       "ALTER TABLE jobs RENAME TO fast_jobs; CREATE VIEW jobs AS SELECT number, id, state, "
       "subject, "
-      "request_id, parent, CASE WHEN pg_sleep(0.01) IS NOT NULL THEN record END AS record FROM "
+      "request_id, parent, CASE WHEN pg_sleep(0.03) IS NOT NULL THEN record END AS record FROM "
       "fast_jobs");
   EXPECT_THAT(catalog->ListJobs(1000, ""), Fails(absl::StatusCode::kUnavailable, "timeout"));
   const auto inspection = catalog->Inspect();

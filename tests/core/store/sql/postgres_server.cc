@@ -15,7 +15,7 @@
 namespace liquidblend::store {
 namespace {
 
-constexpr absl::Duration kPatience = absl::Seconds(30);
+constexpr absl::Duration kPatience = absl::Minutes(3);
 
 std::unique_ptr<PostgresConnection> Connect(const std::string& url) {
   const auto target = ParsePostgresUrl(url, absl::Seconds(10));
