@@ -1,11 +1,11 @@
 // Workers that leave by themselves: when there is nothing to do, or after so many jobs.
-#include <atomic>
-#include <new>
+#include <optional>
 #include <string>
 #include <thread>
 #include <vector>
 
 #include "core/base/steady_cond_var.h"
+#include "tests/worker/jobs/away_catalog.h"
 #include "tests/worker/jobs/jobs_testing.h"
 #include "worker/jobs/run_jobs.h"
 
@@ -64,23 +64,21 @@ TEST_F(DrainTest, TakesTheJobOfAWorkerThatIsLostInItsIdleTime) {
 // While the queue cannot be asked, nobody knows whether there is nothing to do.
 TEST_F(DrainTest, TimeInWhichTheQueueIsAwayDoesNotCountAsIdle) {
   constexpr absl::Duration kIdleTime = absl::Milliseconds(300);
-  std::atomic<std::thread::id> worker_id;
-  std::atomic<bool> is_away = false;
-  on_clock_ = [&] {
-    if (is_away && std::this_thread::get_id() == worker_id.load()) throw std::bad_alloc();
+  int num_asked = 0;
+  std::optional<base::SteadyClock::time_point> gone, back;
+  AwayCatalog catalog(*catalog_);
+  catalog.before = [&](const std::string& call) {
+    if (call != "LeaseJob" || ++num_asked == 1) return absl::OkStatus();  // then it is idle
+    const auto now = base::SteadyClock::now();
+    if (!gone.has_value()) gone = now;
+    if (absl::FromChrono(now - *gone) <= 2 * kIdleTime) return absl::UnavailableError("away");
+    if (!back.has_value()) back = now;
+    return absl::OkStatus();
   };
-  std::jthread worker([&] {
-    worker_id = std::this_thread::get_id();
-    EXPECT_THAT(WorkWith(WithIdleTime(kIdleTime)), Succeeds());
-  });
-  Await([&] { return !catalog_->ListWorkers()->empty(); });  // it has asked, and is idle
-  is_away = true;
-  const auto gone = base::SteadyClock::now();
-  Await([&] { return base::Since(gone) > 2 * kIdleTime; });
-  is_away = false;
-  const auto back = base::SteadyClock::now();
-  worker.join();
-  EXPECT_GE(base::Since(back), kIdleTime);
+  ASSERT_THAT(RunJobs(catalog, blobs_, parallel::Arena(2), stop_, WithIdleTime(kIdleTime)),
+              Succeeds());
+  ASSERT_TRUE(back.has_value());
+  EXPECT_GE(base::Since(*back), kIdleTime);
 }
 
 TEST_F(DrainTest, TakesNoMoreJobsThanItMay) {

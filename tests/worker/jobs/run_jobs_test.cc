@@ -2,6 +2,7 @@
 
 #include <pthread.h>
 
+#include <atomic>
 #include <cerrno>
 #include <filesystem>
 #include <new>
@@ -410,13 +411,22 @@ TEST_F(RunJobsTest, WhatOthersThrowFailsTheJobWithItsText) {
 
 TEST_F(RunJobsTest, ACancelledJobStopsAtTheNextStage) {
   const std::string job = SubmitBall("ball", 1.0);
-  blobs_.on_open = [&] {
-    EXPECT_TRUE(catalog_->RequestCancel(job).ok());
-    // The keeper hears of it with its next report.
-    Await([&] { return Job(job).progress().stage() == "opening files"; });
+  std::atomic<int> num_renewals = 0;
+  AwayCatalog catalog(*catalog_);
+  catalog.before = [&](const std::string& call) {
+    if (call == "Heartbeat") ++num_renewals;
     return absl::OkStatus();
   };
-  ASSERT_THAT(Work(), Succeeds());
+  blobs_.on_open = [&] {
+    EXPECT_TRUE(catalog_->RequestCancel(job).ok());
+    // The keeper hears of it with its next renewal, and has noted that before the one after.
+    const int num_before = num_renewals;
+    Await([&] { return num_renewals >= num_before + 2; });
+    return absl::OkStatus();
+  };
+  JobLoopOptions options = Options();
+  options.lease.duration = absl::Milliseconds(100);
+  ASSERT_THAT(RunJobs(catalog, blobs_, parallel::Arena(2), stop_, options), Succeeds());
   EXPECT_EQ(Job(job).state(), JobRecord::CANCELLED);
   EXPECT_NE(catalog_->GetAnimation("ball")->state(), AnimationRecord::READY);
 }

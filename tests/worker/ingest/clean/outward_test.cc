@@ -4,8 +4,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <chrono>
 #include <cmath>
+#include <ctime>
 #include <numbers>
 #include <vector>
 
@@ -168,14 +168,14 @@ TEST_F(TurnPartsOutwardTest, ThousandsOfBubblesAndDropsTakeNoLongerThanTheRestOf
     }
   }
   TriangleMesh frame = synthetic::Join(parts);
-  const auto seconds = [](const auto& work) {
-    const auto begin = std::chrono::steady_clock::now();
+  const auto cpu_seconds = [](const auto& work) {
+    const std::clock_t begin = std::clock();
     work();
-    return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+    return static_cast<double>(std::clock() - begin) / CLOCKS_PER_SEC;
   };
   TriangleMesh turned = frame;
-  const double turning = seconds([&] { EXPECT_EQ(TurnPartsOutward(turned)->count, 1600); });
-  const double cleaning = seconds([&] { EXPECT_TRUE(Clean(frame).ok()); });
+  const double turning = cpu_seconds([&] { EXPECT_EQ(TurnPartsOutward(turned)->count, 1600); });
+  const double cleaning = cpu_seconds([&] { EXPECT_TRUE(Clean(frame).ok()); });
   EXPECT_LT(turning, 5 * cleaning);
 }
 
