@@ -159,7 +159,11 @@ TEST_F(CollectTest, ReferencesAreReadAgainAndIfThatTakesLongRarely) {
     EXPECT_EQ(report->num_deleted, 4);
     return catalog.num_lists();
   };
-  EXPECT_GE(num_lists(absl::ZeroDuration()), 2);
+  int num_quick_lists = 0;
+  for (int k = 0; k < 5 && num_quick_lists < 2; ++k) {  // on a busy machine a list takes long, too
+    num_quick_lists = num_lists(absl::ZeroDuration());
+  }
+  EXPECT_GE(num_quick_lists, 2);
   EXPECT_EQ(num_lists(absl::Milliseconds(1100)), 1);
 }
 

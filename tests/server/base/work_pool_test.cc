@@ -12,6 +12,23 @@
 namespace liquidblend::server {
 namespace {
 
+// Keeps the only thread of a pool busy until Open(). To be declared before the pool, whose thread
+// may be slow to notice.
+class Gate {
+ public:
+  void Close(WorkPool& pool) {
+    ASSERT_TRUE(pool.PostMore([this] {
+      begun_.Notify();
+      is_open_.WaitForNotification();
+    }));
+    begun_.WaitForNotification();
+  }
+  void Open() { is_open_.Notify(); }
+
+ private:
+  absl::Notification begun_, is_open_;
+};
+
 TEST(WorkPool, OneThreadRunsTasksInTheirOrder) {
   std::vector<int> order;
   WorkPool pool(1, 100);
@@ -24,21 +41,15 @@ TEST(WorkPool, OneThreadRunsTasksInTheirOrder) {
 }
 
 TEST(WorkPool, RefusesNewWorkWhenTooMuchWaitsButGoesOnWithOld) {
-  absl::Notification begun;
-  absl::Notification go_on;
+  Gate gate;
   std::atomic<int> num_run = 0;
   WorkPool pool(1, 2);
-  ASSERT_TRUE(pool.Post([&] {
-                    begun.Notify();
-                    go_on.WaitForNotification();
-                  })
-                  .ok());
-  begun.WaitForNotification();
+  gate.Close(pool);
   EXPECT_TRUE(pool.Post([&] { ++num_run; }).ok());
   EXPECT_TRUE(pool.Post([&] { ++num_run; }).ok());
   EXPECT_EQ(pool.Post([&] { ++num_run; }).code(), absl::StatusCode::kResourceExhausted);
   EXPECT_TRUE(pool.PostMore([&] { ++num_run; }));
-  go_on.Notify();
+  gate.Open();
   pool.Stop();
   EXPECT_EQ(num_run, 3);
 }
@@ -46,13 +57,16 @@ TEST(WorkPool, RefusesNewWorkWhenTooMuchWaitsButGoesOnWithOld) {
 TEST(WorkPool, LaterTasksRunWhenTheyAreDueEarliestFirst) {
   std::vector<int> order;
   absl::Notification done;
+  Gate gate;
   WorkPool pool(1, 10);
-  EXPECT_TRUE(pool.PostAfter(absl::Milliseconds(20), [&] {
+  gate.Close(pool);
+  EXPECT_TRUE(pool.PostAfter(absl::Seconds(1), [&] {
     order.push_back(2);
     done.Notify();
   }));
   EXPECT_TRUE(pool.PostAfter(absl::Milliseconds(5), [&] { order.push_back(1); }));
   EXPECT_TRUE(pool.PostMore([&] { order.push_back(0); }));
+  gate.Open();
   done.WaitForNotification();
   EXPECT_EQ(order, (std::vector<int>{0, 1, 2}));
 }
@@ -87,13 +101,16 @@ TEST(WorkPool, DelaysOfAnySizeAreSafe) {
 TEST(WorkPool, ACancelledTimerIsGone) {
   std::atomic<bool> has_run = false;
   absl::Notification done;
+  Gate gate;
   WorkPool pool(1, 10);
+  gate.Close(pool);
   const auto timer = pool.StartTimer(absl::Milliseconds(5), [&] { has_run = true; });
   ASSERT_TRUE(timer.has_value());
   pool.Cancel(*timer);
   pool.Cancel(*timer);
   EXPECT_TRUE(pool.PostAfter(absl::Milliseconds(20), [&] { done.Notify(); }));
   EXPECT_EQ(pool.num_timers(), 1);
+  gate.Open();
   done.WaitForNotification();
   EXPECT_FALSE(has_run);
 }

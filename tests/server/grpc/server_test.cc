@@ -66,8 +66,7 @@ TEST_F(ServerTest, EndsConnectionsOfSomeAgeButNotTheirStreams) {
   request.set_loop(true);
   ASSERT_TRUE(stream->Write(request));
   v1::StreamFramesResponse response;
-  ASSERT_TRUE(stream->Read(&response));
-  ASSERT_EQ(channel_->GetState(false), GRPC_CHANNEL_READY);
+  ASSERT_TRUE(stream->Read(&response));  // then it was ready
   EXPECT_TRUE(channel_->WaitForStateChange(GRPC_CHANNEL_READY,
                                            std::chrono::system_clock::now() + kLongest));
   for (int k = 0; k < 10; ++k) ASSERT_TRUE(stream->Read(&response)) << k;
@@ -213,10 +212,10 @@ struct SwapWitness {
   std::atomic<int64_t> last_version = 0;  // read while the client goes on
   int64_t num_backward = 0;               // a version older than one seen before
   absl::Duration longest_gap;
-  absl::Time last = absl::Now();
+  absl::Time last;
 
   void See(const v1::Frame& frame) {
-    ++num_frames;
+    if (num_frames++ == 0) last = absl::Now();
     if (frame.version() < last_version) ++num_backward;
     last_version = std::max<int64_t>(last_version, frame.version());
     longest_gap = std::max(longest_gap, absl::Now() - last);
@@ -280,7 +279,7 @@ TEST_F(ServerTest, VersionsAreSwappedUnderLoadWithoutAFailureOrALongWait) {
              std::all_of(callers.begin(), callers.end(),
                          [](const SwapWitness& w) { return w.last_version == kNumVersions; });
     };
-    const absl::Time give_up = absl::Now() + absl::Seconds(5);
+    const absl::Time give_up = absl::Now() + absl::Seconds(30);
     while (absl::Now() < give_up && !has_newest()) absl::SleepFor(absl::Milliseconds(10));
     is_over = true;
   }

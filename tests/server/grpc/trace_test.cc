@@ -110,7 +110,9 @@ TEST_F(TraceTest, AFrameOfTheCacheHasNoStages) {
   const std::vector<CollectedSpan> spans = EndedSpans();
   const CollectedSpan call = trace::FindSpan(spans, kGetFrame);
   EXPECT_EQ(call.attributes.at("liquidblend.frame.source"), "cache");
-  EXPECT_THAT(ChildrenOf(call, spans), UnorderedElementsAre("write"));
+  std::vector<std::string> children = ChildrenOf(call, spans);
+  std::erase(children, "find family");  // is told of if it takes a millisecond
+  EXPECT_THAT(children, UnorderedElementsAre("write"));
 }
 
 TEST_F(TraceTest, WhatIsNotATraceparentIsIgnored) {

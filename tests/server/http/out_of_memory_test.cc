@@ -106,21 +106,24 @@ TEST_F(OutOfMemoryTest, NoClientWaitsForAnAnswerThatCannotBeHandedOver) {
   LB_SKIP_UNLESS_ALLOCATIONS_MAY_FAIL();
   // Protocol Buffers, which cannot take a failure where they set up a type, do so here.
   ASSERT_EQ(HttpClient(port_->port()).Get("/v1/families").code, 200);
-  bool has_failed = true;
   int num_lost = 0;
-  for (int n = 0; has_failed; ++n) {
-    ASSERT_LT(n, 2000);
-    HttpClient client(port_->port());
-    RunOnIo([n] { testing_memory::num_before_own_failure = n; });
-    ASSERT_TRUE(client.Send("GET /v1/families HTTP/1.1\r\nHost: localhost\r\n\r\n"));
-    const int code = client.ReadCode();
-    RunOnIo([&has_failed] {
-      has_failed = testing_memory::num_before_own_failure < 0;
-      testing_memory::num_before_own_failure = -1;
-    });
-    num_lost += code == 0;
-    EXPECT_TRUE(code != 0 || client.IsClosed()) << n;
-    EXPECT_TRUE(has_failed || code == 200) << n << ": " << code;
+  // Now and then the thread refreshes families, and the failure may be in that.
+  for (int round = 0; round < 3 && num_lost == 0; ++round) {
+    bool has_failed = true;
+    for (int n = 0; has_failed; ++n) {
+      ASSERT_LT(n, 2000);
+      HttpClient client(port_->port());
+      RunOnIo([n] { testing_memory::num_before_own_failure = n; });
+      ASSERT_TRUE(client.Send("GET /v1/families HTTP/1.1\r\nHost: localhost\r\n\r\n"));
+      const int code = client.ReadCode();
+      RunOnIo([&has_failed] {
+        has_failed = testing_memory::num_before_own_failure < 0;
+        testing_memory::num_before_own_failure = -1;
+      });
+      num_lost += code == 0;
+      EXPECT_TRUE(code != 0 || client.IsClosed()) << n;
+      EXPECT_TRUE(has_failed || code == 200) << n << ": " << code;
+    }
   }
   EXPECT_GE(num_lost, 1) << "not every place was tried";
 }

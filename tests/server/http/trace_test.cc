@@ -3,6 +3,8 @@
 #include <string>
 #include <vector>
 
+#include "absl/strings/match.h"
+#include "absl/time/clock.h"
 #include "tests/core/trace/fake_collector.h"
 #include "tests/server/http/port_testing.h"
 
@@ -145,7 +147,14 @@ TEST_F(TraceTest, TheMetricsHaveTheCountsOfSpans) {
   HttpClient client(port_->port());
   EXPECT_EQ(client.Get(kTracedFrame, kTrace).code, 200);
   collector.AwaitNames({kTracedFrameRoute});
-  const std::string text = MetricsText();
+  std::string text = MetricsText();
+  // They are counted once the collector has answered.
+  const absl::Time give_up = absl::Now() + absl::Minutes(1);
+  while (absl::StrContains(text, "liquidblend_spans_exported_total 0\n")) {
+    ASSERT_LT(absl::Now(), give_up);
+    absl::SleepFor(absl::Milliseconds(10));
+    text = MetricsText();
+  }
   EXPECT_THAT(text, testing::ContainsRegex("liquidblend_spans_exported_total [1-9]"));
   for (const char* reason : {"rate", "queue", "collector"}) {
     EXPECT_THAT(text, testing::HasSubstr(absl::StrCat("liquidblend_spans_dropped_total{reason=\"",

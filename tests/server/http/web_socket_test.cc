@@ -162,7 +162,7 @@ TEST_F(WebSocketTest, WeightsMayChangeWithEveryFrame) {
     change.add_weights(0.01 * i);
     ASSERT_TRUE(Send(client, change));
     int num_old = 0;
-    while (ReadFrame(client).frame().weights(0) != 0.01 * i) ASSERT_LT(++num_old, 100);
+    while (ReadFrame(client).frame().weights(0) != 0.01 * i) ASSERT_LT(++num_old, 2000);
   }
   v1::StreamFramesRequest other;
   other.set_family("families/drops");
@@ -201,7 +201,7 @@ TEST_F(WebSocketTest, LateFramesAreDroppedAndCounted) {
   work.run = [] { absl::SleepFor(absl::Milliseconds(200)); };
   ASSERT_TRUE(backends_.frames.Post(std::move(work), false).ok());
   int64_t num_dropped = num_before;
-  for (int i = 0; i < 100 && num_dropped == num_before; ++i) {
+  for (int i = 0; i < 100 && num_dropped < num_before + 10; ++i) {
     num_dropped = ReadFrame(client).num_dropped();
   }
   EXPECT_GE(num_dropped - num_before, 10);
@@ -323,8 +323,8 @@ TEST_F(WebSocketTest, ASilentClientIsClosedAfterTheIdleTimeout) {
   options.idle_timeout = absl::Seconds(3);
   Start(options);
   HttpClient client(port_->port());
-  ASSERT_EQ(client.Upgrade().code, 101);
   const absl::Time begin = absl::Now();
+  ASSERT_EQ(client.Upgrade().code, 101);
   EXPECT_EQ(client.ReadMessage().opcode, 9);
   const absl::Duration pinged = absl::Now() - begin;
   EXPECT_TRUE(client.IsClosed());
@@ -337,7 +337,7 @@ TEST_F(WebSocketTest, ASilentClientIsClosedAfterTheIdleTimeout) {
 
 TEST_F(WebSocketTest, SilentClientsArePingedAndThenClosed) {
   PortOptions options;
-  options.idle_timeout = absl::Milliseconds(300);
+  options.idle_timeout = absl::Seconds(2);
   Start(options);
   HttpClient client(port_->port());
   ASSERT_EQ(client.Upgrade().code, 101);
