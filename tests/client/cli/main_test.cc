@@ -503,7 +503,7 @@ TEST_F(Command, DeleteFindsTheCollectionAndCancelAnswers) {
 
 TEST_F(Command, StreamReportsPaceAndReaction) {
   const CommandResult result =
-      Run({"stream", "drops", "--seconds", "0.6", "--fps", "100", "--sweep", "--json"});
+      Run({"stream", "drops", "--seconds", "3", "--fps", "100", "--sweep", "--json"});
   ASSERT_EQ(result.exit_code, 0) << result.err;
   const json report = json::parse(result.out);
   EXPECT_GT(report["num_frames"], 10);

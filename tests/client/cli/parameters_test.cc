@@ -123,7 +123,7 @@ TEST_F(ParametersCommand, ExportTellsTheWeightsOfItsPoint) {
 
 TEST_F(ParametersCommand, StreamPlaysAPoint) {
   const CommandResult result =
-      Run({"stream", "drops", "-p", "height=1.5", "--seconds", "0.2", "--json"});
+      Run({"stream", "drops", "-p", "height=1.5", "--seconds", "1", "--json"});
   ASSERT_EQ(result.exit_code, 0) << result.err;
   EXPECT_GT(json::parse(result.out)["num_frames"], 1);
   EXPECT_EQ(Run({"stream", "drops", "-p", "height=1.5", "--sweep"}).exit_code, 2);

@@ -221,18 +221,29 @@ TEST_F(PlayerTest, WaitsForTheExactFrame) {
 }
 
 TEST_F(PlayerTest, AChangeIsTriedAtOnceAfterFailures) {
-  Start();
+  PlayerOptions options;
+  options.num_threads = 1;
+  Start(options);
   source_->SetError(absl::InvalidArgumentError("wrong weights"));
   ASSERT_TRUE(PollUntil([&](const PolledFrame& p) { return !p.error.ok(); }));
-  const Clock::time_point long_enough = Clock::now() + std::chrono::milliseconds(1600);
-  PollUntil([&](const PolledFrame&) { return Clock::now() > long_enough; });  // waits for a second
+  Clock::duration shortest = std::chrono::hours(1);
+  for (int k = 0; k < 5 && shortest > std::chrono::milliseconds(500); ++k) {  // or it is busy
+    const Clock::time_point long_enough = Clock::now() + std::chrono::milliseconds(1600);
+    PollUntil([&](const PolledFrame&) { return Clock::now() > long_enough; });
+    // From now on it waits for a second after each failure.
+    const int num_before = source_->num_calls;
+    ASSERT_TRUE(PollUntil([&](const PolledFrame&) { return source_->num_calls > num_before; }));
+    const int num_failed = source_->num_calls;
+    BlendSpec blend;
+    blend.weights = {0.1 * (k + 1)};
+    player_->SetBlend(blend, 0.0);
+    const Clock::time_point start = Clock::now();
+    ASSERT_TRUE(PollUntil([&](const PolledFrame&) { return source_->num_calls > num_failed; }));
+    shortest = std::min(shortest, Clock::now() - start);
+  }
+  EXPECT_LT(shortest, std::chrono::milliseconds(500));
   source_->SetError(absl::OkStatus());
-  BlendSpec blend;
-  blend.weights = {1.0};
-  player_->SetBlend(blend, 0.0);
-  const Clock::time_point start = Clock::now();
-  ASSERT_TRUE(PollUntil([](const PolledFrame& p) { return p.frame != nullptr; }));
-  EXPECT_LT(Clock::now() - start, std::chrono::milliseconds(500));
+  EXPECT_TRUE(PollUntil([](const PolledFrame& p) { return p.frame != nullptr; }));
 }
 
 TEST_F(PlayerTest, TheLevelOfDetailFollowsWhatIsMissed) {

@@ -23,9 +23,10 @@ def setUpModule():
         job.wait(timeout=PATIENCE)
 
 
-# Of a program that presses Ctrl-C on itself when its main thread is within a function.
-PRESS_CTRL_C = """
-import os, signal, socket, sys, threading, time
+# Begin of a program that presses Ctrl-C on itself when its main thread is within a function, and can
+# wait until another process is stopped.
+INTERRUPTION = """
+import glob, os, signal, socket, sys, threading, time
 
 def press_ctrl_c_in(file, function):
     main = threading.get_ident()
@@ -38,13 +39,24 @@ def press_ctrl_c_in(file, function):
             time.sleep(0.001)
 
     threading.Thread(target=watch, daemon=True).start()
+
+def await_stopped(pid):
+    def is_stopped(path):
+        try:
+            with open(path) as stat:
+                return stat.read().rsplit(")", 1)[1].split()[0] == "T"
+        except OSError:
+            return False
+
+    while not all(map(is_stopped, glob.glob(f"/proc/{pid}/task/*/stat"))):
+        time.sleep(0.001)
 """
 
 
 def interrupted(code):
     """Runs Python that presses Ctrl-C on itself; returns its exit code and errors."""
     process = subprocess.Popen(
-        [sys.executable, "-B", "-c", PRESS_CTRL_C + code],
+        [sys.executable, "-B", "-c", INTERRUPTION + code],
         env={**os.environ, "PYTHONPATH": str(PACKAGE)},
         stdout=subprocess.DEVNULL,
         stderr=subprocess.PIPE,
@@ -233,6 +245,7 @@ class SilentServerTest(unittest.TestCase):
             f"job = client.job({self.job.name!r})\n"
             "def fall_silent(state):\n"
             f"    os.kill({self.server.pid}, signal.SIGSTOP)\n"
+            f"    await_stopped({self.server.pid})\n"
             "    press_ctrl_c_in('_calls.py', 'wait')\n"
             "job.wait(fall_silent)\n"
         )

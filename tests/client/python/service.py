@@ -15,7 +15,7 @@ import liquidblend
 CHECKOUT = pathlib.Path(__file__).resolve().parents[3]
 DATA = CHECKOUT / "tests" / "data"
 PROGRAMS = pathlib.Path(os.environ["LIQUIDBLEND_BINARY_DIR"])
-PATIENCE = float(os.environ.get("LIQUIDBLEND_E2E_PATIENCE", "60"))
+PATIENCE = float(os.environ.get("LIQUIDBLEND_E2E_PATIENCE", "180"))
 NUM_FRAMES = 24
 # One iteration is enough for what is tested here.
 FAST = {"max_iterations": 1}
