@@ -6,7 +6,6 @@ import pathlib
 import re
 import shutil
 import signal
-import socket
 import subprocess
 import sys
 import tempfile
@@ -17,7 +16,7 @@ import urllib.request
 
 CHECKOUT = pathlib.Path(__file__).resolve().parents[2]
 DATA = CHECKOUT / "tests" / "data"
-PATIENCE = float(os.environ.get("LIQUIDBLEND_E2E_PATIENCE", "60"))
+PATIENCE = float(os.environ.get("LIQUIDBLEND_E2E_PATIENCE", "180"))
 PROMETHEUS = shutil.which("prometheus")
 
 
@@ -31,9 +30,7 @@ def await_true(condition, what, patience=PATIENCE):
 
 
 def free_port():
-    with socket.socket() as listener:
-        listener.bind(("127.0.0.1", 0))
-        return listener.getsockname()[1]
+    return int(subprocess.check_output([CHECKOUT / "tests" / "free_ports.sh", "1"]))
 
 
 def get(url, headers=()):
