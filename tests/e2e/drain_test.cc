@@ -35,16 +35,8 @@ class DrainTest : public E2eTest {
   Operation SubmitLong() {
     for (const char* const id : {"a", "b"}) ImportBall(id, id[0] == 'a' ? 1.0 : 2.0);
     EXPECT_EQ(StartTask({"--drain", "--idle-time", "0s"}).Wait(), 0);
-    v1::RegisterFamilyRequest request;
-    request.set_family_id("balls");
-    request.set_source("animations/a");
-    request.add_targets("animations/b");
-    request.mutable_options()->set_max_iterations(200);
-    request.mutable_options()->set_sample_share(1.0);
-    request.mutable_options()->set_node_spacing_edges(1.0);
-    grpc::ClientContext context;
     Operation registration;
-    EXPECT_TRUE(stub_->RegisterFamily(&context, request, &registration).ok());
+    EXPECT_TRUE(RegisterLong(registration).ok());
     return registration;
   }
 };
@@ -69,12 +61,16 @@ TEST_F(DrainTest, AWorkerEndsAfterSoManyJobs) {
 TEST_F(DrainTest, AWorkerHandsItsJobBackAndEndsBeforeItsTimeIsOver) {
   Process server = StartServer();
   const Operation registration = SubmitLong();
-  const auto begin = base::SteadyClock::now();
-  EXPECT_EQ(StartTask({"--drain", "--max-time", "6s"}).Wait(), kStopped);
-  EXPECT_LT(base::Since(begin), absl::Seconds(6));
-  const JobRecord left = JobOf(registration);
-  EXPECT_EQ(left.state(), JobRecord::QUEUED);
-  EXPECT_EQ(left.attempts(), 0);
+  JobRecord left;
+  // Its time may be over before it has the job.
+  for (int k = 0; k < 10 && left.handed_back() == 0; ++k) {
+    const auto begin = base::SteadyClock::now();
+    EXPECT_EQ(StartTask({"--drain", "--max-time", "6s"}).Wait(), kStopped);
+    EXPECT_LT(base::Since(begin), absl::Seconds(6));
+    left = JobOf(registration);
+    EXPECT_EQ(left.state(), JobRecord::QUEUED);
+    EXPECT_EQ(left.attempts(), 0);
+  }
   EXPECT_EQ(left.handed_back(), 1);
   EXPECT_EQ(StartTask({"--drain", "--idle-time", "0s"}).Wait(), 0);
   EXPECT_EQ(JobOf(registration).state(), JobRecord::SUCCEEDED);

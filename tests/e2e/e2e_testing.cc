@@ -181,11 +181,26 @@ Operation E2eTest::ImportBall(const std::string& id, double velocity_m_per_s) {
 
 grpc::Status E2eTest::Register(int num_iterations, Operation& operation,
                                const std::vector<std::string>& targets) {
+  v1::RegistrationOptions options;
+  options.set_max_iterations(num_iterations);
+  return Register(options, operation, targets);
+}
+
+grpc::Status E2eTest::RegisterLong(Operation& operation, const std::vector<std::string>& targets) {
+  v1::RegistrationOptions options;
+  options.set_max_iterations(200);
+  options.set_sample_share(1.0);
+  options.set_node_spacing_edges(1.0);
+  return Register(options, operation, targets);
+}
+
+grpc::Status E2eTest::Register(const v1::RegistrationOptions& options, Operation& operation,
+                               const std::vector<std::string>& targets) {
   v1::RegisterFamilyRequest request;
   request.set_family_id("balls");
   request.set_source("animations/a");
   for (const std::string& target : targets) request.add_targets("animations/" + target);
-  request.mutable_options()->set_max_iterations(num_iterations);
+  *request.mutable_options() = options;
   request.set_replace(true);
   grpc::ClientContext context;
   SetDeadline(context);

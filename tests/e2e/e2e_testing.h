@@ -71,9 +71,12 @@ class E2eTest : public ::testing::Test {
                       const std::string& request_id, Operation& operation);
 
   Operation ImportBall(const std::string& id, double velocity_m_per_s);
-  // balls: a -> targets. Many iterations take seconds, few take none.
+  // balls: a -> targets. Of few iterations, which takes no time.
   grpc::Status Register(int num_iterations, Operation& operation,
                         const std::vector<std::string>& targets = {"b"});
+  // The same with seconds of work for each target, so that something can happen in the middle of
+  // it.
+  grpc::Status RegisterLong(Operation& operation, const std::vector<std::string>& targets = {"b"});
 
   // The operation at the first moment when `condition` holds for it.
   Operation Watch(const std::string& name, const std::function<bool(const Operation&)>& condition);
@@ -87,7 +90,7 @@ class E2eTest : public ::testing::Test {
   // Checks that it succeeded.
   static void ExpectSuccess(const Operation& operation);
 
-  // Waits until this holds; it must within a minute.
+  // Waits until this holds; it must within Patience().
   static void Await(const std::function<bool()>& condition);
 
   std::unique_ptr<v1::LiquidBlend::Stub> stub_;
@@ -102,6 +105,8 @@ class E2eTest : public ::testing::Test {
   std::vector<std::string> WithStore(const std::vector<std::string>& environment = {}) const;
 
  private:
+  grpc::Status Register(const v1::RegistrationOptions& options, Operation& operation,
+                        const std::vector<std::string>& targets);
   void ConnectToNextRunningServer();
   void DeleteEverything();
 

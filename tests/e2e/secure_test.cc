@@ -118,7 +118,7 @@ TEST_F(SecureTest, AConnectionThatFailsIsExplainedInOneSentence) {
   const std::string plain = other.ReadLine().substr(std::string("listening on ").size());
   server::ReplaceFile(path("other.crt"), server::TestAuthority("another authority").certificate());
   const auto said = [](const std::string& address, const std::vector<std::string>& flags) {
-    std::vector<std::string> arguments = {"--server", address, "--connect-timeout", "0.5"};
+    std::vector<std::string> arguments = {"--server", address, "--connect-timeout", "2"};
     arguments.insert(arguments.end(), flags.begin(), flags.end());
     arguments.push_back("list");
     const CommandResult result = RunLiquidblend(arguments);

@@ -3,11 +3,13 @@
 
 #include <algorithm>
 #include <map>
+#include <memory>
 #include <set>
 #include <string>
 #include <vector>
 
 #include "absl/strings/str_cat.h"
+#include "core/store/catalog/catalog.h"
 #include "tests/core/store/blobs/loopback_listener.h"
 #include "tests/core/trace/fake_collector.h"
 #include "tests/e2e/e2e_testing.h"
@@ -50,6 +52,12 @@ class TraceTest : public E2eTest {
     return {"register", "balls", "--source",     "a",
             "--target", "b",     "--iterations", absl::StrCat(num_iterations),
             "--wait"};
+  }
+  // Takes seconds.
+  static std::vector<std::string> RegisterBallsLong() {
+    std::vector<std::string> arguments = RegisterBalls(200);
+    arguments.insert(arguments.end(), {"--node-spacing", "1", "--sample-share", "1"});
+    return arguments;
   }
 
   std::vector<std::string> GetBalls() const {
@@ -161,7 +169,7 @@ TEST_F(TraceTest, TheNextWorkerGoesOnInTheSameTrace) {
     Process worker = StartWorker();
     ImportBoth();
   }
-  Process command = Command(RegisterBalls(200), Traced());
+  Process command = Command(RegisterBallsLong(), Traced());
   Operation registration;
   Await([&] {
     grpc::ClientContext context;
@@ -172,9 +180,10 @@ TEST_F(TraceTest, TheNextWorkerGoesOnInTheSameTrace) {
     }
     return !registration.name().empty();
   });
+  const std::unique_ptr<store::Catalog> catalog = OpenCatalog();
   Process first = StartWorker(Traced({"LIQUIDBLEND_CHECKPOINT_INTERVAL=1ms"}));
-  Watch(registration.name(),
-        [](const Operation& operation) { return ProgressOf(operation).iteration() > 4; });
+  const std::string job = registration.name().substr(std::string("operations/").size());
+  Await([&] { return !catalog->GetJob(job)->checkpoint_blob().empty(); });
   first.Kill();
   Process second = StartWorker(Traced());
   ASSERT_EQ(command.Wait(), 0);

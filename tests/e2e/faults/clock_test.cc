@@ -69,7 +69,7 @@ class FaultsClockTest : public FaultTest, public testing::WithParamInterface<Jum
 
 // The job takes longer than its lease, and a second worker waits for that to end.
 TEST_P(FaultsClockTest, InMidJob) {
-  num_iterations_ = 200;
+  TakeTime();
   // Leases in SQLite look as if they had run out, or were of no length that there is, until they
   // are renewed; PostgreSQL has a clock of its own.
   const bool may_retry = GetParam().tier == Tier::kEmbedded;

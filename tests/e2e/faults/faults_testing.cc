@@ -44,7 +44,7 @@ FaultLine::~FaultLine() {
       num_accepted, " | ", num_retried, " | ", num_published, " | ", lost.size(), " |\n");
 }
 
-FaultTest::FaultTest() = default;
+FaultTest::FaultTest() { options_.set_max_iterations(3); }
 FaultTest::~FaultTest() = default;
 
 void FaultTest::BeginRun(FaultLine& line, Tier tier) {
@@ -140,7 +140,7 @@ grpc::Status FaultTest::Register(v1::LiquidBlend::Stub& stub, const std::string&
   request.add_targets("animations/b");
   request.set_request_id(RequestId(what));
   request.set_replace(true);
-  request.mutable_options()->set_max_iterations(num_iterations_);
+  *request.mutable_options() = options_;
   grpc::ClientContext context;
   SetDeadline(context);
   return stub.RegisterFamily(&context, request, &operation);
@@ -160,6 +160,12 @@ void FaultTest::NoteAccepted(const std::string& what, const Operation& operation
 
 std::string FaultTest::RequestId(const std::string& what) const {
   return absl::StrCat(what, " of run ", run_);
+}
+
+void FaultTest::TakeTime() {
+  options_.set_max_iterations(120);
+  options_.set_sample_share(1.0);
+  options_.set_node_spacing_edges(1.0);
 }
 
 JobRecord FaultTest::JobOf(const std::string& operation) {

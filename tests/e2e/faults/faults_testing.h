@@ -78,7 +78,7 @@ class FaultTest : public E2eTest {
   // So many runs as one line of the shared tier.
   void Each(const std::string& fault, const std::function<void(int)>& run_once);
   // Makes registrations long enough to be met in mid-job.
-  void TakeTime() { num_iterations_ = 120; }
+  void TakeTime();
 
   // With a short lease, and a checkpoint after every iteration.
   Process StartFaultWorker(const std::vector<std::string>& environment = {});
@@ -105,7 +105,6 @@ class FaultTest : public E2eTest {
   // What calls were refused with, and, after EndRun(), what attempts at jobs failed with.
   const std::vector<std::string>& errors() const { return errors_; }
 
-  int num_iterations_ = 3;
   absl::Duration worker_lease_ = absl::Milliseconds(600);
   // What programs know of the fake S3 beside its address; read by the first BeginRun().
   std::vector<std::string> s3_environment_ = {"AWS_ACCESS_KEY_ID=id",
@@ -128,6 +127,7 @@ class FaultTest : public E2eTest {
   int Admin(std::vector<std::string> arguments) const;  // liquidblend-admin's exit code
   std::string FrameOf(const std::string& family);
 
+  v1::RegistrationOptions options_;
   FaultLine* line_ = nullptr;
   Tier tier_ = Tier::kEmbedded;
   int run_ = 0;

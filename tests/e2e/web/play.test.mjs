@@ -143,7 +143,7 @@ test('LoopsARange', async () => {
 test('StopsAtTheEndOfAnAnimationThatIsPlayedOnce', async () => {
   const page = await newPage();
   try {
-    await openViewer(page, { play: '1', loop: 'off', rate: '4', shade: 'plain' });
+    await openViewer(page, { play: '1', loop: 'off', shade: 'plain' });
     const end = await waitFor(page, (pane) => !pane.playing && pane.settled && pane.timeS > 2.9);
     await recordTimes(page);
     await page.getByRole('button', { name: 'Play' }).click();
