@@ -46,17 +46,11 @@ class CheckpointTest : public E2eTest {
   }
 
   Operation Submit(const std::vector<std::string>& targets) {
-    v1::RegisterFamilyRequest request;
-    request.set_family_id("balls");
-    request.set_source("animations/a");
-    request.set_replace(true);
-    for (const std::string& target : targets) request.add_targets("animations/" + target);
-    request.mutable_options()->set_max_iterations(num_iterations_);
-    request.mutable_options()->set_sample_share(1.0);
-    request.mutable_options()->set_node_spacing_edges(node_spacing_edges_);
-    grpc::ClientContext context;
+    v1::RegistrationOptions options = Iterations(num_iterations_);
+    options.set_sample_share(1.0);
+    options.set_node_spacing_edges(node_spacing_edges_);
     Operation registration;
-    const grpc::Status status = stub_->RegisterFamily(&context, request, &registration);
+    const grpc::Status status = Register(options, registration, targets);
     EXPECT_TRUE(status.ok()) << status.error_message();
     return registration;
   }

@@ -36,7 +36,7 @@ class DrainTest : public E2eTest {
     for (const char* const id : {"a", "b"}) ImportBall(id, id[0] == 'a' ? 1.0 : 2.0);
     EXPECT_EQ(StartTask({"--drain", "--idle-time", "0s"}).Wait(), 0);
     Operation registration;
-    EXPECT_TRUE(RegisterLong(registration).ok());
+    EXPECT_TRUE(Register(LongWork(), registration).ok());
     return registration;
   }
 };

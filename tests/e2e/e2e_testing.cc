@@ -179,19 +179,22 @@ Operation E2eTest::ImportBall(const std::string& id, double velocity_m_per_s) {
   return operation;
 }
 
-grpc::Status E2eTest::Register(int num_iterations, Operation& operation,
-                               const std::vector<std::string>& targets) {
+v1::RegistrationOptions E2eTest::Iterations(int num_iterations) {
   v1::RegistrationOptions options;
   options.set_max_iterations(num_iterations);
-  return Register(options, operation, targets);
+  return options;
 }
 
-grpc::Status E2eTest::RegisterLong(Operation& operation, const std::vector<std::string>& targets) {
-  v1::RegistrationOptions options;
-  options.set_max_iterations(200);
+v1::RegistrationOptions E2eTest::LongWork() {
+  v1::RegistrationOptions options = Iterations(200);
   options.set_sample_share(1.0);
   options.set_node_spacing_edges(1.0);
-  return Register(options, operation, targets);
+  return options;
+}
+
+grpc::Status E2eTest::Register(int num_iterations, Operation& operation,
+                               const std::vector<std::string>& targets) {
+  return Register(Iterations(num_iterations), operation, targets);
 }
 
 grpc::Status E2eTest::Register(const v1::RegistrationOptions& options, Operation& operation,

@@ -71,12 +71,15 @@ class E2eTest : public ::testing::Test {
                       const std::string& request_id, Operation& operation);
 
   Operation ImportBall(const std::string& id, double velocity_m_per_s);
-  // balls: a -> targets. Of few iterations, which takes no time.
+  // Options of registrations: of so many iterations, of which few take no time; and of seconds of
+  // work for each target, so that something can happen in the middle of it.
+  static v1::RegistrationOptions Iterations(int num_iterations);
+  static v1::RegistrationOptions LongWork();
+  // balls: a -> targets.
   grpc::Status Register(int num_iterations, Operation& operation,
                         const std::vector<std::string>& targets = {"b"});
-  // The same with seconds of work for each target, so that something can happen in the middle of
-  // it.
-  grpc::Status RegisterLong(Operation& operation, const std::vector<std::string>& targets = {"b"});
+  grpc::Status Register(const v1::RegistrationOptions& options, Operation& operation,
+                        const std::vector<std::string>& targets = {"b"});
 
   // The operation at the first moment when `condition` holds for it.
   Operation Watch(const std::string& name, const std::function<bool(const Operation&)>& condition);
@@ -105,8 +108,6 @@ class E2eTest : public ::testing::Test {
   std::vector<std::string> WithStore(const std::vector<std::string>& environment = {}) const;
 
  private:
-  grpc::Status Register(const v1::RegistrationOptions& options, Operation& operation,
-                        const std::vector<std::string>& targets);
   void ConnectToNextRunningServer();
   void DeleteEverything();
 

@@ -2,7 +2,6 @@
 #include <signal.h>
 
 #include <algorithm>
-#include <functional>
 #include <memory>
 #include <utility>
 
@@ -51,7 +50,7 @@ TEST_F(KillTest, AnotherWorkerFinishesTheRegistrationOfAKilledOne) {
   Process server = StartServer();
   ImportBoth();
   Operation registration;
-  ASSERT_TRUE(RegisterLong(registration).ok());
+  ASSERT_TRUE(Register(LongWork(), registration).ok());
   Process first = StartWorker();
   const Operation running = Watch(registration.name(), [](const Operation& operation) {
     return ProgressOf(operation).iteration() > 0;
@@ -178,17 +177,14 @@ TEST_F(KillTest, AWorkerKilledAtThePublishingOfAFamilyShowsAllOfItOrNothing) {
 
 class KillManyTargetsTest : public KillTest {
  protected:
-  // Submits a registration.
-  using Submission = std::function<grpc::Status(Operation&)>;
-
   // balls: a -> b, c, d, by one worker. Returns the family's file, which is called by its content.
-  std::string RegisterUndisturbed(const Submission& submit) {
+  std::string RegisterUndisturbed(const v1::RegistrationOptions& options) {
     Process worker = StartWorker();
     for (const auto& [id, velocity] : kBalls) {
       ExpectSuccess(AwaitDone(ImportBall(id, velocity).name()));
     }
     Operation registration;
-    EXPECT_TRUE(submit(registration).ok());
+    EXPECT_TRUE(Register(options, registration, kTargets).ok());
     ExpectSuccess(AwaitDone(registration.name()));
     return FamilyBlob();
   }
@@ -201,12 +197,6 @@ class KillManyTargetsTest : public KillTest {
   }
 
   const std::vector<std::string> kTargets = {"b", "c", "d"};
-  const Submission kShort = [this](Operation& registration) {
-    return Register(3, registration, kTargets);
-  };
-  const Submission kLong = [this](Operation& registration) {
-    return RegisterLong(registration, kTargets);
-  };
 
  private:
   store::Catalog* catalog() {
@@ -221,11 +211,11 @@ class KillManyTargetsTest : public KillTest {
 
 TEST_F(KillManyTargetsTest, ManyWorkersOneOfThemKilledMakeTheSameFamilyAsOne) {
   Process server = StartServer();
-  const std::string expected = RegisterUndisturbed(kLong);
+  const std::string expected = RegisterUndisturbed(LongWork());
   EXPECT_EQ(FamilyVersion(), 1);
 
   Operation registration;
-  ASSERT_TRUE(kLong(registration).ok());
+  ASSERT_TRUE(Register(LongWork(), registration, kTargets).ok());
   Process killed = StartWorker(), other = StartWorker();
   const auto is_at_work = [](const auto& child) {
     return child.state() == store::pb::JobRecord::RUNNING && child.progress().iteration() > 0;
@@ -253,9 +243,9 @@ TEST_F(KillManyTargetsTest, ManyWorkersOneOfThemKilledMakeTheSameFamilyAsOne) {
 // Three for the children, one for the family; each dies when the catalog has its first result.
 TEST_F(KillManyTargetsTest, AFamilyIsWholeThoughEveryWorkerDiesWithItsFirstResult) {
   Process server = StartServer();
-  const std::string expected = RegisterUndisturbed(kShort);
+  const std::string expected = RegisterUndisturbed(Iterations(3));
   Operation registration;
-  ASSERT_TRUE(kShort(registration).ok());
+  ASSERT_TRUE(Register(3, registration, kTargets).ok());
   for (int k = 0; k < 4; ++k) {
     EXPECT_EQ(FamilyVersion(), 1);
     Process worker = StartWorker(DieAt("publish.after_commit"));
@@ -268,9 +258,9 @@ TEST_F(KillManyTargetsTest, AFamilyIsWholeThoughEveryWorkerDiesWithItsFirstResul
 
 TEST_F(KillManyTargetsTest, AChildKilledBeforeItsResultIsKnownIsDoneAgain) {
   Process server = StartServer();
-  const std::string expected = RegisterUndisturbed(kShort);
+  const std::string expected = RegisterUndisturbed(Iterations(3));
   Operation registration;
-  ASSERT_TRUE(kShort(registration).ok());
+  ASSERT_TRUE(Register(3, registration, kTargets).ok());
   Process killed = StartWorker(DieAt("publish.before_commit"));
   EXPECT_EQ(killed.Wait(), -SIGKILL);
   for (const auto& child : ChildrenOf(registration)) EXPECT_EQ(child.result_blob(), "");
@@ -281,9 +271,9 @@ TEST_F(KillManyTargetsTest, AChildKilledBeforeItsResultIsKnownIsDoneAgain) {
 
 TEST_F(KillManyTargetsTest, ACancellationStopsAllWorkers) {
   Process server = StartServer();
-  RegisterUndisturbed(kShort);
+  RegisterUndisturbed(Iterations(3));
   Operation registration;
-  ASSERT_TRUE(kLong(registration).ok());
+  ASSERT_TRUE(Register(LongWork(), registration, kTargets).ok());
   Process one = StartWorker(), two = StartWorker();
   Watch(registration.name(),
         [](const Operation& operation) { return ProgressOf(operation).iteration() > 0; });
@@ -294,7 +284,7 @@ TEST_F(KillManyTargetsTest, ACancellationStopsAllWorkers) {
   ASSERT_TRUE(operations_->CancelOperation(&context, cancel, &empty).ok());
   EXPECT_EQ(AwaitDone(registration.name()).error().code(), grpc::StatusCode::CANCELLED);
   // Both are free for other work, long before the registration would be done.
-  ASSERT_TRUE(kShort(registration).ok());
+  ASSERT_TRUE(Register(3, registration, kTargets).ok());
   ExpectSuccess(AwaitDone(registration.name()));
   EXPECT_EQ(FamilyVersion(), 2);
 }
@@ -306,7 +296,7 @@ TEST_F(KillTest, AServerKilledWithItsWorkersFinishesTheJobAfterwards) {
     Process server = StartServer(1);
     ExpectSuccess(AwaitDone(ImportBall("a", 1.0).name()));
     ExpectSuccess(AwaitDone(ImportBall("b", 2.0).name()));
-    ASSERT_TRUE(RegisterLong(registration).ok());
+    ASSERT_TRUE(Register(LongWork(), registration).ok());
     Watch(registration.name(),
           [](const Operation& operation) { return ProgressOf(operation).iteration() > 0; });
     const std::vector<pid_t> workers = ChildrenOf(server.pid());

@@ -169,7 +169,7 @@ TEST_F(ReplicasTest, ServeNoDeletedFamilyWhileItsNameIsRegisteredAnew) {
   ASSERT_TRUE(GetFrame(frame, 1).ok());
   Delete();
   Operation registration;
-  ASSERT_TRUE(RegisterLong(registration).ok());
+  ASSERT_TRUE(Register(LongWork(), registration).ok());
   const absl::Time start = absl::Now();
   grpc::Status status;
   while (status.ok() && absl::Now() < start + kPatience) status = GetFrame(frame);

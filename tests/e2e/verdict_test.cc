@@ -131,7 +131,7 @@ TEST_F(VerdictTest, AFailedRegistrationIsToldWhereverItsFamilyIs) {
 
 TEST_F(VerdictTest, ACancelledRegistrationIsToldWhereverItsFamilyIs) {
   Operation registration;
-  ASSERT_TRUE(RegisterLong(registration).ok());
+  ASSERT_TRUE(Register(LongWork(), registration).ok());
   EXPECT_THAT(Run({"cancel", registration.name()}), HasSubstr("cancelled"));
   AwaitDone(registration.name());
   EXPECT_EQ(GetFamily().failed_registration().error().code(),

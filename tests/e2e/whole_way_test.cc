@@ -380,7 +380,7 @@ TEST_F(WholeWayTest, ARunningRegistrationIsCancelled) {
   ExpectSuccess(AwaitDone(ImportBall("a", 1.0).name()));
   ExpectSuccess(AwaitDone(ImportBall("b", 2.0).name()));
   Operation registration;
-  ASSERT_TRUE(RegisterLong(registration).ok());
+  ASSERT_TRUE(Register(LongWork(), registration).ok());
   Watch(registration.name(),
         [](const Operation& operation) { return ProgressOf(operation).iteration() > 0; });
   grpc::ClientContext context;
@@ -404,7 +404,7 @@ TEST_F(WholeWayTest, SigtermEndsServerAndWorkersAndLosesNoJob) {
     Process server = StartServer(2);
     ExpectSuccess(AwaitDone(ImportBall("a", 1.0).name()));
     ExpectSuccess(AwaitDone(ImportBall("b", 2.0).name()));
-    ASSERT_TRUE(RegisterLong(registration).ok());
+    ASSERT_TRUE(Register(LongWork(), registration).ok());
     Watch(registration.name(),
           [](const Operation& operation) { return ProgressOf(operation).iteration() > 0; });
     const std::vector<pid_t> workers = ChildrenOf(server.pid());

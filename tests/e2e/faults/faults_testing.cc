@@ -44,7 +44,7 @@ FaultLine::~FaultLine() {
       num_accepted, " | ", num_retried, " | ", num_published, " | ", lost.size(), " |\n");
 }
 
-FaultTest::FaultTest() { options_.set_max_iterations(3); }
+FaultTest::FaultTest() = default;
 FaultTest::~FaultTest() = default;
 
 void FaultTest::BeginRun(FaultLine& line, Tier tier) {
@@ -163,9 +163,8 @@ std::string FaultTest::RequestId(const std::string& what) const {
 }
 
 void FaultTest::TakeTime() {
-  options_.set_max_iterations(120);
-  options_.set_sample_share(1.0);
-  options_.set_node_spacing_edges(1.0);
+  options_ = LongWork();
+  options_.set_max_iterations(120);  // of many jobs
 }
 
 JobRecord FaultTest::JobOf(const std::string& operation) {

@@ -127,7 +127,7 @@ class FaultTest : public E2eTest {
   int Admin(std::vector<std::string> arguments) const;  // liquidblend-admin's exit code
   std::string FrameOf(const std::string& family);
 
-  v1::RegistrationOptions options_;
+  v1::RegistrationOptions options_ = Iterations(3);
   FaultLine* line_ = nullptr;
   Tier tier_ = Tier::kEmbedded;
   int run_ = 0;
