@@ -23,7 +23,7 @@ def setUpModule():
         job.wait(timeout=PATIENCE)
 
 
-# Begin of a program that presses Ctrl-C on itself when its main thread is within a function, and can
+# Beginning of a program that presses Ctrl-C on itself when its main thread is within a function, and can
 # wait until another process is stopped.
 INTERRUPTION = """
 import glob, os, signal, socket, sys, threading, time

@@ -345,6 +345,9 @@ TEST_F(CheckpointsTest, NoneAreMadeUnlessAskedForButOneIsGoneOnFrom) {
 class ResumedJobTest : public CheckpointsTest {
  protected:
   static constexpr int kManyIterations = 60;
+  // Iteration up to which a worker is to be stopped: the work that is left takes long enough for a
+  // report of the worker that goes on.
+  static constexpr int kLatestStop = 3 * kManyIterations / 4;
 
   std::string SubmitLong(const std::vector<std::string>& targets) {
     return SubmitRegistration("long", "still", targets, [](auto& registration) {
@@ -396,9 +399,9 @@ class ResumedJobTest : public CheckpointsTest {
     return is_done(Job(job)) || (!children.empty() && absl::c_all_of(children, is_done));
   }
 
-  // What is left takes long enough for a report of the worker that goes on.
+  // Whether a checkpoint can be left, and work after it.
   static bool IsMidway(const JobRecord& job) {
-    return job.progress().iteration() >= 3 && job.progress().iteration() < kManyIterations / 2;
+    return job.progress().iteration() >= 3 && job.progress().iteration() <= kLatestStop;
   }
 
   std::string StopMidway() {
@@ -431,8 +434,7 @@ class ResumedJobTest : public CheckpointsTest {
       WorkUntil(
           [&] {
             const int now = Job(job).progress().iteration();
-            // What is left takes long enough for a report of the worker that goes on.
-            return IsIterated(job) || (now >= iteration + 2 && now < 3 * kManyIterations / 4);
+            return IsIterated(job) || (now >= iteration + 2 && now <= kLatestStop);
           },
           OnlyAtStop());
       if (IsIterated(job)) return 0;
